@@ -1,0 +1,1 @@
+"""The HTTP door of Proteus: API, search index, command line and supervisor."""

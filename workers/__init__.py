@@ -1,0 +1,1 @@
+"""The engine of Proteus: geometry, diffusion, retrieval, storage, pipeline and tasks."""

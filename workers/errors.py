@@ -1,0 +1,85 @@
+"""Every error that Proteus raises on purpose, in one tree.
+
+A message says what was found and what was expected. The HTTP status of each class
+is decided in ``service/errors.py`` alone.
+"""
+
+
+class ProteusError(Exception):
+    """Root of all errors raised on purpose; the message is fit for a client."""
+
+
+class InvalidMeshError(ProteusError):
+    """The bytes are no usable mesh: truncated, NaN, index out of range, no faces."""
+
+
+class UnsupportedFormatError(ProteusError):
+    """The content is of no format that Proteus reads."""
+
+
+class UploadTooLargeError(ProteusError):
+    """A limit on bytes, vertices, faces, files or unpacked size was passed."""
+
+
+class InvalidRequestError(ProteusError):
+    """A request is well formed, but asks for something that makes no sense."""
+
+
+class KernelDomainError(ProteusError):
+    """A kernel is not finite, or negative, on the eigenvalues it was given."""
+
+
+class NotFoundError(ProteusError):
+    """Something was asked for by a name or id that does not exist."""
+
+
+class ShapeNotFoundError(NotFoundError):
+    """No shape has this id."""
+
+
+class CollectionNotFoundError(NotFoundError):
+    """No collection has this name."""
+
+
+class ModelNotFoundError(NotFoundError):
+    """No model has this name."""
+
+
+class JobNotFoundError(NotFoundError):
+    """No job has this id."""
+
+
+class QueryNotFoundError(NotFoundError):
+    """No query has this id."""
+
+
+class BlobNotFoundError(NotFoundError):
+    """The blob store holds nothing under this key."""
+
+
+class ConflictError(ProteusError):
+    """The request does not fit the present state."""
+
+
+class NameTakenError(ConflictError):
+    """A collection or model of this name exists already."""
+
+
+class ModelNotReadyError(ConflictError):
+    """The model is in training, or the collection is not described under it."""
+
+
+class ShapeNotReadyError(ConflictError):
+    """The shape is still being computed, or its computation failed."""
+
+
+class InsufficientTrainingDataError(ConflictError):
+    """There are too few shapes, labels or transformations to learn from."""
+
+
+class SpectrumError(ProteusError):
+    """The eigenpairs could not be computed, or not be certified."""
+
+
+class IncompletePartsError(ProteusError):
+    """A fan-in ran before all of its parts were stored; it is retried."""

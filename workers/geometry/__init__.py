@@ -1,0 +1,1 @@
+"""Meshes, formats, Laplacian, spectrum, sampling: arrays in, arrays out."""

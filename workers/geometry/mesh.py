@@ -1,0 +1,57 @@
+"""The triangle mesh, as it travels through all layers."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from workers.geometry.arrays import FloatArray, IntArray, read_only
+
+
+@dataclass(frozen=True, eq=False)
+class TriangleMesh:
+    """A triangle mesh; its arrays are read-only.
+
+    Attributes
+    ----------
+    vertices : (n, 3) float64
+        Positions, in the unit of the file.
+    faces : (m, 3) int64
+        Vertex indices; not checked here, see ``formats`` and ``cleaning``.
+    """
+
+    vertices: FloatArray
+    faces: IntArray
+
+    def __post_init__(self) -> None:
+        """Freeze the arrays and give them their shapes."""
+        vertices = read_only(np.reshape(self.vertices, (-1, 3)), np.float64)
+        faces = read_only(np.reshape(self.faces, (-1, 3)), np.int64)
+        object.__setattr__(self, "vertices", vertices)
+        object.__setattr__(self, "faces", faces)
+
+    @property
+    def n_vertices(self) -> int:
+        """Number of vertices."""
+        return len(self.vertices)
+
+    @property
+    def n_faces(self) -> int:
+        """Number of faces."""
+        return len(self.faces)
+
+    @property
+    def face_normals(self) -> FloatArray:
+        """Cross products of two edges a face, (m, 3): twice the area long."""
+        a, b, c = (self.vertices[self.faces[:, i]] for i in range(3))
+        return np.cross(b - a, c - a)  # (m, 3)
+
+    @property
+    def face_areas(self) -> FloatArray:
+        """Area a face, (m,), in the square of the mesh's unit."""
+        areas: FloatArray = 0.5 * np.linalg.norm(self.face_normals, axis=1)  # (m,)
+        return areas
+
+    @property
+    def area(self) -> float:
+        """Surface area, in the square of the mesh's unit."""
+        return float(self.face_areas.sum())
