@@ -4,9 +4,17 @@ A message says what was found and what was expected. The HTTP status of each cla
 is decided in ``service/errors.py`` alone.
 """
 
+import re
+
 
 class ProteusError(Exception):
     """Root of all errors raised on purpose; the message is fit for a client."""
+
+    @property
+    def kind(self) -> str:
+        """Name of the class as clients read it: ``InvalidMeshError`` is ``invalid-mesh``."""
+        words = re.findall(r"[A-Z][a-z]*", type(self).__name__.removesuffix("Error"))
+        return "-".join(words).lower()
 
 
 class InvalidMeshError(ProteusError):

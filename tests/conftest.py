@@ -1,0 +1,50 @@
+"""Fixtures for the whole suite: databases of both kinds, blobs, settings."""
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from tests.servers import postgres_database, postgres_server
+from workers.settings import Settings
+from workers.storage.blobs import BlobStore
+from workers.storage.database import Database
+from workers.storage.migrate import migrate
+
+
+@pytest.fixture(scope="session")
+def postgres() -> Iterator[str]:
+    """URL of a PostgreSQL server."""
+    with postgres_server() as url:
+        yield url
+
+
+@pytest.fixture(params=["sqlite", pytest.param("postgresql", marks=pytest.mark.server)])
+def database_url(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[str]:
+    """URL of an empty database, once a kind."""
+    if request.param == "sqlite":
+        yield f"sqlite:///{tmp_path / 'rows.sqlite3'}"
+    else:
+        with postgres_database(request.getfixturevalue("postgres")) as url:
+            yield url
+
+
+@pytest.fixture
+def settings(tmp_path: Path, database_url: str) -> Settings:
+    """Settings of a service in an empty directory, with a database of each kind."""
+    return Settings(data_dir=tmp_path, database_url=database_url, worker_processes=1)
+
+
+@pytest.fixture
+def database(settings: Settings) -> Iterator[Database]:
+    """A migrated database."""
+    migrate(settings)
+    database = Database(settings.resolved_database_url)
+    yield database
+    database.dispose()
+
+
+@pytest.fixture
+def blobs(settings: Settings) -> BlobStore:
+    """An empty blob store."""
+    return BlobStore(settings.resolved_blob_url)

@@ -1,0 +1,1 @@
+"""The verbs: ingest, describe, query, activate."""

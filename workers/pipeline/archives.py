@@ -1,0 +1,115 @@
+"""What an uploaded zip holds, entry by entry; nothing in it is trusted."""
+
+import stat
+import zipfile
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path, PurePosixPath
+
+from workers.errors import UnsupportedFormatError, UploadTooLargeError
+from workers.settings import Settings
+from workers.storage.parts import Failure
+
+PICTURES = frozenset({".png", ".jpg", ".jpeg", ".bmp", ".tga", ".tif", ".tiff", ".mtl", ".bin"})
+TEXTS = frozenset({".txt", ".md", ".csv", ".json", ".xml", ".html", ".pdf", ".ini", ".log"})
+TABLES = frozenset({".vert", ".xyz", ".cor", ".map", ".db"})
+ANCILLARY = PICTURES | TEXTS | TABLES
+CHUNK = 1 << 20
+
+
+@dataclass(frozen=True)
+class Entry:
+    """A file of an archive that may be a mesh."""
+
+    name: str
+    data: bytes
+
+
+def read_archive(path: Path, settings: Settings) -> Iterator[Entry | Failure]:
+    """Yield the meshes of an archive, and why an entry is none.
+
+    Folders, pictures, texts and what operating systems leave behind are passed over.
+    Sizes are taken from the directory first, then counted again while unpacking.
+
+    Raises
+    ------
+    UnsupportedFormatError
+        It cannot be read as a zip archive at all.
+    UploadTooLargeError
+        It holds more entries or bytes than the settings allow.
+    """
+    try:
+        with zipfile.ZipFile(path) as archive:
+            _check_directory(archive.infolist(), settings)
+            for info in archive.infolist():
+                if not _is_passed_over(info):
+                    yield _read_entry(archive, info, settings)
+    except zipfile.BadZipFile as error:
+        raise UnsupportedFormatError(f"the zip archive cannot be read: {error}") from None
+
+
+def _check_directory(entries: list[zipfile.ZipInfo], settings: Settings) -> None:
+    if len(entries) > settings.max_zip_entries:
+        raise UploadTooLargeError(
+            f"the archive has {len(entries)} entries, allowed are {settings.max_zip_entries}"
+        )
+    total = sum(info.file_size for info in entries)
+    if total > settings.max_zip_bytes:
+        raise UploadTooLargeError(
+            f"the archive unpacks to {total} bytes, allowed are {settings.max_zip_bytes}"
+        )
+
+
+def _is_passed_over(info: zipfile.ZipInfo) -> bool:
+    path = PurePosixPath(info.filename)
+    hidden = path.name.startswith(".") or "__MACOSX" in path.parts
+    return info.is_dir() or hidden or path.suffix.lower() in ANCILLARY
+
+
+def _read_entry(
+    archive: zipfile.ZipFile, info: zipfile.ZipInfo, settings: Settings
+) -> Entry | Failure:
+    reason = _refusal(info, settings)
+    if reason is not None:
+        return Failure(info.filename[:255], *reason)
+    limit = min(info.file_size, settings.max_upload_bytes)
+    data = bytearray()
+    try:
+        with archive.open(info) as file:
+            while chunk := file.read(CHUNK):
+                data += chunk
+                if len(data) > limit:
+                    detail = f"the entry unpacks to more than the {limit} bytes it may have"
+                    return Failure(info.filename[:255], "upload-too-large", detail)
+    except (zipfile.BadZipFile, EOFError, OSError, NotImplementedError, ValueError) as error:
+        detail = f"the entry cannot be unpacked: {error}"
+        return Failure(info.filename[:255], "unsupported-format", detail[:500])
+    except Exception as error:  # zlib.error, lzma.LZMAError and their like share no base class
+        detail = f"the entry cannot be unpacked: {type(error).__name__}"
+        return Failure(info.filename[:255], "unsupported-format", detail)
+    if data[:4] == b"PK\x03\x04" and b"3D/" not in data[:65536]:
+        detail = "the entry is an archive within the archive; unpack it before uploading"
+        return Failure(info.filename[:255], "unsupported-format", detail)
+    return Entry(info.filename, bytes(data))
+
+
+def _refusal(info: zipfile.ZipInfo, settings: Settings) -> tuple[str, str] | None:
+    path = PurePosixPath(info.filename.replace("\\", "/"))
+    mode = info.external_attr >> 16
+    if path.is_absolute() or ".." in path.parts or ":" in path.parts[0]:
+        return "invalid-request", "the entry's path leads out of the archive"
+    if mode and not stat.S_ISREG(mode) and stat.S_IFMT(mode):
+        return "invalid-request", "the entry is a link or a device, expected a regular file"
+    if info.flag_bits & 0x1:
+        return "unsupported-format", "the entry is encrypted"
+    if info.file_size > settings.max_upload_bytes:
+        allowed = settings.max_upload_bytes
+        return "upload-too-large", f"the entry has {info.file_size} bytes, allowed are {allowed}"
+    if info.file_size > settings.max_zip_ratio * max(info.compress_size, 1) + 4096:
+        ratio = info.file_size // max(info.compress_size, 1)
+        return (
+            "upload-too-large",
+            f"the entry unpacks to {ratio} times its packed size, allowed is "
+            f"{settings.max_zip_ratio}",
+        )
+    return None

@@ -1,0 +1,103 @@
+"""An uploaded shape becomes one that can be found."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from sqlalchemy import select
+from sqlalchemy.orm import Session
+
+from workers.geometry.arrays import Float32Array
+from workers.geometry.rendering import encode_png, render
+from workers.geometry.topology import boundary_loops, count_components
+from workers.pipeline.solve import ReadMesh, describe_mesh, read_mesh
+from workers.pipeline.workbench import Workbench
+from workers.retrieval.model import Model
+from workers.storage.arrays import vector_to_bytes
+from workers.storage.blobs import thumbnail_key
+from workers.storage.collections import models_of
+from workers.storage.descriptors import store_descriptors
+from workers.storage.models import Collection, Shape
+from workers.storage.parts import Claim, finish_part, hold_lease
+from workers.storage.solutions import store_cleaned
+from workers.storage.trained_models import load_model
+
+
+@dataclass(frozen=True)
+class Facts:
+    """What is said of a shape in its row."""
+
+    format: str
+    n_vertices: int
+    n_faces: int
+    area: float
+    n_components: int
+    n_boundary_loops: int
+    repairs: list[str]
+
+
+def ingest(bench: Workbench, claim: Claim) -> None:
+    """Compute a shape and describe it under every model that its collection needs.
+
+    Raises
+    ------
+    ProteusError
+        The mesh cannot be used; the shape fails with this reason.
+    """
+    with bench.database.read() as session:
+        shape = session.get(Shape, claim.shape_id)
+        models = [] if shape is None else _models(session, shape.collection_id)
+    if shape is None or not models:  # it was deleted while it waited
+        _finish(bench, claim, None, {})
+        return
+    read = read_mesh(bench.blobs, shape.sha256, filename=shape.name, settings=bench.settings)
+    store_cleaned(bench.blobs, shape.sha256, read.mesh)
+    bench.blobs.put(thumbnail_key(shape.sha256), encode_png(render(read.mesh, up=read.up)))
+    facts = _facts(read)
+    vectors: dict[str, Float32Array] = {}
+    while models:
+        vectors |= describe_mesh(bench.blobs, shape.sha256, read.mesh, models)
+        models = _finish(bench, claim, facts, vectors)
+
+
+def _facts(read: ReadMesh) -> Facts:
+    return Facts(
+        format=read.format,
+        n_vertices=read.mesh.n_vertices,
+        n_faces=read.mesh.n_faces,
+        area=read.mesh.area,
+        n_components=count_components(read.mesh),
+        n_boundary_loops=len(boundary_loops(read.mesh)),
+        repairs=list(read.repairs),
+    )
+
+
+def _models(session: Session, collection_id: str) -> list[Model]:
+    return [load_model(session, name) for name in sorted(models_of(session, collection_id))]
+
+
+def _finish(
+    bench: Workbench, claim: Claim, facts: Facts | None, vectors: Mapping[str, Float32Array]
+) -> list[Model]:
+    """Store a shape and end its part; or return models that it was not described under yet.
+
+    The collection's row is shared-locked: an activation sees either this shape with its
+    descriptors, or this sees the model that is being activated.
+    """
+    with bench.database.begin() as session:
+        hold_lease(session, claim)
+        of_shape = select(Shape.collection_id).where(Shape.id == claim.shape_id)
+        collection = select(Collection).where(Collection.id.in_(of_shape))
+        session.scalar(collection.with_for_update(read=True))
+        shape = session.get(Shape, claim.shape_id, with_for_update=True)
+        if shape is not None and facts is not None:
+            needed = models_of(session, shape.collection_id)
+            if missing := needed - set(vectors):
+                return [load_model(session, name) for name in sorted(missing)]
+            for name, value in vars(facts).items():
+                setattr(shape, name, value)
+            shape.error = None
+            rows = [(shape.id, name, vector_to_bytes(vectors[name])) for name in sorted(needed)]
+            store_descriptors(session, shape.collection_id, rows)
+        parts = finish_part(session, claim)
+    bench.send(parts)
+    return []

@@ -1,0 +1,73 @@
+"""From bytes to descriptors: parse, clean, prepare, solve, describe."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from workers.errors import BlobNotFoundError
+from workers.geometry.arrays import Float32Array
+from workers.geometry.cleaning import clean
+from workers.geometry.formats import MeshLimits, parse
+from workers.geometry.mesh import TriangleMesh
+from workers.geometry.preparation import View, prepare
+from workers.geometry.spectrum import Spectrum, compute_spectrum
+from workers.retrieval.model import Model, describe
+from workers.settings import Settings
+from workers.storage.blobs import BlobStore, mesh_key
+from workers.storage.solutions import load_solution, store_solution
+
+
+@dataclass(frozen=True)
+class ReadMesh:
+    """A mesh as it was read: cleaned, with what cleaning did and how the file was written."""
+
+    mesh: TriangleMesh
+    repairs: tuple[str, ...]
+    format: str
+    up: str
+
+
+def read_mesh(blobs: BlobStore, sha256: str, *, filename: str, settings: Settings) -> ReadMesh:
+    """Parse and clean uploaded bytes.
+
+    Raises
+    ------
+    InvalidMeshError, UnsupportedFormatError, UploadTooLargeError
+        What was uploaded is no mesh that can be used.
+    """
+    limits = MeshLimits(vertices=settings.max_vertices, faces=settings.max_faces)
+    parsed = parse(blobs.get(mesh_key(sha256)), filename=filename, limits=limits)
+    cleaned = clean(parsed.mesh)
+    return ReadMesh(cleaned.mesh, cleaned.repairs, parsed.format, parsed.up)
+
+
+def solve_view(
+    blobs: BlobStore, sha256: str, mesh: TriangleMesh, view: View
+) -> tuple[TriangleMesh, Spectrum]:
+    """Return the working mesh and spectrum under a view, solved only if nothing is stored.
+
+    Raises
+    ------
+    SpectrumError
+        The eigenpairs could not be certified.
+    """
+    try:
+        return load_solution(blobs, sha256, view)
+    except BlobNotFoundError:
+        prepared = prepare(mesh, view).mesh
+        spectrum = compute_spectrum(prepared, n_eigenpairs=view.eigenpairs)
+        store_solution(blobs, sha256, view, prepared, spectrum)
+        return load_solution(blobs, sha256, view)
+
+
+def describe_mesh(
+    blobs: BlobStore, sha256: str, mesh: TriangleMesh, models: Sequence[Model]
+) -> dict[str, Float32Array]:
+    """Descriptors of a cleaned mesh by model name; a view is solved once for all models."""
+    solutions: dict[str, tuple[TriangleMesh, Spectrum]] = {}
+    for view in (view for model in models for view in model.views):
+        if view.key not in solutions:
+            solutions[view.key] = solve_view(blobs, sha256, mesh, view)
+    return {
+        model.name: describe({view.name: solutions[view.key] for view in model.views}, model)
+        for model in models
+    }

@@ -1,0 +1,153 @@
+"""Everything that can be set from outside, read once at each entrance.
+
+Variables carry the prefix ``PROTEUS_``. A variable of that prefix which is unknown, or
+whose value makes no sense, refuses to start and is named.
+"""
+
+import hashlib
+import os
+import tempfile
+from collections.abc import Mapping
+from functools import cached_property
+from pathlib import Path
+from typing import Literal
+
+from pydantic import Field, ValidationError, field_validator
+from pydantic_settings import BaseSettings, SettingsConfigDict
+
+PREFIX = "PROTEUS_"
+FOREIGN = frozenset(
+    {
+        "PROTEUS_URL",
+        "PROTEUS_KEY",
+        "PROTEUS_REAL_MESHES",
+        "PROTEUS_TEST_POSTGRES",
+        "PROTEUS_TEST_REDIS",
+    }
+)
+"""Variables of the prefix that belong to clients, the test suite and the benchmarks."""
+
+MEBIBYTE = 1 << 20
+
+
+class SettingsError(ValueError):
+    """A setting is unknown or has no sensible value; the message names the variable."""
+
+
+def available_processors() -> int:
+    """Processors that this process may use, at least 1."""
+    try:
+        return max(1, len(os.sched_getaffinity(0)))
+    except AttributeError:
+        return max(1, os.cpu_count() or 1)
+
+
+class Settings(BaseSettings):
+    """All settings, frozen; each has a type, a default and a line that says what it does."""
+
+    model_config = SettingsConfigDict(env_prefix=PREFIX, frozen=True, extra="forbid")
+
+    data_dir: Path = Field(Path("proteus-data"), description="where the embedded service keeps all")
+    host: str = Field("127.0.0.1", description="address the API listens on")
+    port: int = Field(8000, ge=0, le=65535, description="port the API listens on")
+    database_url: str = Field("", description="SQLAlchemy URL; empty: SQLite in the data directory")
+    broker_url: str = Field("", description="Redis URL; empty: the bundled Valkey's socket")
+    blob_url: str = Field("", description="fsspec URL of meshes and spectra; empty: data directory")
+    queue_prefix: str = Field("proteus", description="prefix of the queues' names in the broker")
+    worker_processes: int = Field(
+        default_factory=available_processors, ge=1, le=256, description="processes of one worker"
+    )
+    default_model: str = Field("heat", description="model of collections that name none")
+    working_vertices: int = Field(
+        5000, ge=500, le=100_000, description="vertices of the simplified mesh that is solved"
+    )
+
+    max_upload_bytes: int = Field(256 * MEBIBYTE, ge=1024, description="bytes of one file")
+    max_request_bytes: int = Field(2048 * MEBIBYTE, ge=1024, description="bytes of one request")
+    max_files: int = Field(1000, ge=1, description="files in one request")
+    max_vertices: int = Field(2_000_000, ge=100, description="vertices of one mesh")
+    max_faces: int = Field(4_000_000, ge=100, description="faces of one mesh")
+    max_zip_entries: int = Field(20_000, ge=1, description="entries of one zip archive")
+    max_zip_bytes: int = Field(8192 * MEBIBYTE, ge=1024, description="unpacked bytes of one zip")
+    max_zip_ratio: int = Field(200, ge=2, description="unpacked by packed bytes of a zip entry")
+
+    lease_seconds: float = Field(30.0, gt=0, description="how long a claimed part stays claimed")
+    sweep_seconds: float = Field(5.0, gt=0, description="pause between two rounds of the sweeper")
+    resend_seconds: float = Field(10.0, gt=0, description="age at which an unheard part is re-sent")
+    task_seconds: int = Field(900, ge=1, description="hard limit of one task; it is then killed")
+    max_attempts: int = Field(3, ge=1, description="claims of one part before it counts as failed")
+
+    api_keys: str = Field("", description="id:sha256:scope+scope, comma-separated; empty: open")
+    rate_limit: str = Field("", description="requests a client may make, e.g. 600/minute")
+    log_level: Literal["debug", "info", "warning", "error"] = Field("info", description="verbosity")
+    log_format: Literal["auto", "console", "json"] = Field("auto", description="form of log lines")
+
+    @field_validator("database_url")
+    @classmethod
+    def _known_database(cls, url: str) -> str:
+        if url and not url.startswith(("sqlite", "postgresql")):
+            raise ValueError("expected a sqlite or postgresql URL")
+        if url.startswith("postgresql:"):
+            return url.replace("postgresql:", "postgresql+psycopg:", 1)
+        return url
+
+    @field_validator("broker_url")
+    @classmethod
+    def _known_broker(cls, url: str) -> str:
+        if url and not url.startswith(("redis://", "rediss://", "redis+socket://")):
+            raise ValueError("expected a redis://, rediss:// or redis+socket:// URL")
+        return url
+
+    @cached_property
+    def data_path(self) -> Path:
+        """The data directory, absolute."""
+        return self.data_dir.expanduser().absolute()
+
+    @cached_property
+    def runtime_path(self) -> Path:
+        """A short private directory for the broker's socket: such paths end at 107 bytes."""
+        name = hashlib.sha256(str(self.data_path).encode()).hexdigest()[:16]
+        return Path(tempfile.gettempdir()) / f"proteus-{os.getuid()}" / name
+
+    @cached_property
+    def resolved_database_url(self) -> str:
+        """The database's URL, SQLite in the data directory unless another is set."""
+        return self.database_url or f"sqlite:///{self.data_path / 'proteus.sqlite3'}"
+
+    @cached_property
+    def resolved_broker_url(self) -> str:
+        """The broker's URL, the bundled server's socket unless another is set."""
+        return self.broker_url or f"redis+socket://{self.runtime_path / 'broker.sock'}"
+
+    @cached_property
+    def resolved_blob_url(self) -> str:
+        """Where meshes and spectra lie, in the data directory unless set."""
+        return self.blob_url or f"file://{self.data_path / 'blobs'}"
+
+
+def load_settings(environment: Mapping[str, str] | None = None, **overrides: object) -> Settings:
+    """Read the settings from the environment, refusing what is unknown.
+
+    Parameters
+    ----------
+    environment : mapping, optional
+        Where unknown ``PROTEUS_`` variables are looked for; ``os.environ`` by default.
+    **overrides : object
+        Values that win over the environment, for example from the command line.
+
+    Raises
+    ------
+    SettingsError
+        A variable is unknown or its value is refused; the message names it.
+    """
+    environment = os.environ if environment is None else environment
+    known = {f"{PREFIX}{name}".upper() for name in Settings.model_fields} | FOREIGN
+    unknown = sorted(n for n in environment if n.startswith(PREFIX) and n not in known)
+    if unknown:
+        raise SettingsError(f"unknown setting {unknown[0]}; known are {', '.join(sorted(known))}")
+    try:
+        return Settings(**{k: v for k, v in overrides.items() if v is not None})  # type: ignore[arg-type]
+    except ValidationError as error:
+        first = error.errors()[0]
+        name = PREFIX + "_".join(str(part) for part in first["loc"]).upper()
+        raise SettingsError(f"{name}: {first['msg']}, got {first.get('input')!r}") from None

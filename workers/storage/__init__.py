@@ -1,0 +1,1 @@
+"""Rows, blobs and the change feed: all that Proteus remembers."""

@@ -1,0 +1,93 @@
+"""Rows of descriptors: of shapes, in the change feed, and of meshes that were asked with."""
+
+import time
+from collections.abc import Iterable, Sequence
+from typing import Any
+
+from sqlalchemy import select, update
+from sqlalchemy.dialects import postgresql, sqlite
+from sqlalchemy.orm import Session
+
+from workers.storage.change_feed import next_change
+from workers.storage.models import Collection, Descriptor, QueryDescriptor, Shape
+
+
+def store_descriptors(
+    session: Session, collection_id: str, rows: Sequence[tuple[str, str, bytes]]
+) -> None:
+    """Store (shape id, model name, vector) rows under one new change number."""
+    if rows:
+        number = next_change(session)
+        for shape_id, model, vector in rows:
+            _upsert(
+                session,
+                Descriptor,
+                {"shape_id": shape_id, "model": model},
+                {"collection_id": collection_id, "change": number, "vector": vector},
+            )
+
+
+def forget_shapes(session: Session, shape_ids: Sequence[str]) -> None:
+    """Turn the descriptors of deleted shapes into rows that say so."""
+    session.execute(
+        update(Descriptor)
+        .where(Descriptor.shape_id.in_(shape_ids))
+        .values(vector=None, change=next_change(session))
+    )
+
+
+def get_vector(session: Session, shape_id: str, model: str) -> bytes | None:
+    """Return the descriptor of a shape under a model, None if there is none."""
+    row = session.get(Descriptor, (shape_id, model))
+    return None if row is None else row.vector
+
+
+def undescribed_shapes(session: Session, collection: Collection, model: str) -> list[str]:
+    """Ids of shapes that can be found under the collection's model, but not under this one."""
+
+    def described(name: str) -> Any:
+        return (
+            select(Descriptor.shape_id)
+            .where(
+                Descriptor.shape_id == Shape.id,
+                Descriptor.model == name,
+                Descriptor.vector.is_not(None),
+            )
+            .exists()
+        )
+
+    statement = (
+        select(Shape.id)
+        .where(
+            Shape.collection_id == collection.id,
+            Shape.error.is_(None),
+            described(collection.model),
+            ~described(model),
+        )
+        .order_by(Shape.id)
+    )
+    return list(session.scalars(statement))
+
+
+def store_query_vectors(session: Session, sha256: str, rows: Iterable[tuple[str, bytes]]) -> None:
+    """Store (model name, vector) rows of a mesh that was asked with, by its content."""
+    for model, vector in rows:
+        _upsert(
+            session,
+            QueryDescriptor,
+            {"sha256": sha256, "model": model},
+            {"vector": vector, "created_at": time.time()},
+        )
+
+
+def get_query_vector(session: Session, sha256: str, model: str) -> bytes | None:
+    """Return the descriptor of a mesh that was asked with, None if there is none yet."""
+    row = session.get(QueryDescriptor, (sha256, model))
+    return None if row is None else row.vector
+
+
+def _upsert(session: Session, table: Any, key: dict[str, Any], values: dict[str, Any]) -> None:
+    dialect = session.get_bind().dialect.name
+    insert = postgresql.insert if dialect == "postgresql" else sqlite.insert
+    statement = insert(table).values(**key, **values)
+    session.execute(statement.on_conflict_do_update(index_elements=list(key), set_=values))

@@ -1,0 +1,64 @@
+"""Brings a database to the newest schema and writes the built-in models.
+
+``python -m workers.storage.migrate`` does it for the settings in the environment; to run it
+twice, or from two machines at once, does no harm.
+"""
+
+from pathlib import Path
+
+import structlog
+from alembic import command
+from alembic.config import Config
+from sqlalchemy import Connection, text
+
+from workers.logs import configure_logs
+from workers.retrieval.builtin import built_in_models
+from workers.settings import Settings, load_settings
+from workers.storage.database import Database
+from workers.storage.trained_models import ensure_models
+
+ADVISORY_LOCK = 0x50524F54  # one migration at a time on PostgreSQL
+
+
+def migration_config(connection: Connection) -> Config:
+    """Alembic's configuration for one open connection."""
+    config = Config()
+    config.set_main_option("script_location", str(Path(__file__).parent / "migrations"))
+    config.set_main_option("path_separator", "os")
+    config.attributes["connection"] = connection
+    return config
+
+
+def migrate_schema(database: Database, revision: str = "head") -> None:
+    """Bring the schema to a revision, in one transaction."""
+    with database.begin() as session:
+        connection = session.connection()
+        if not database.is_sqlite:
+            connection.execute(text("SELECT pg_advisory_xact_lock(:n)"), {"n": ADVISORY_LOCK})
+        command.upgrade(migration_config(connection), revision)
+
+
+def migrate(settings: Settings) -> None:
+    """Bring the settings' database to the newest schema, with the built-in models in it."""
+    database = Database(settings.resolved_database_url)
+    try:
+        migrate_schema(database)
+        ensure_models(database, built_in_models(working_vertices=settings.working_vertices))
+    finally:
+        database.dispose()
+
+
+def main() -> None:
+    """Migrate as the environment says."""
+    settings = load_settings()
+    configure_logs(level=settings.log_level, form=settings.log_format)
+    migrate(settings)
+    database = Database(settings.resolved_database_url)
+    structlog.get_logger(__name__).info(
+        "migrated", database=database.url.render_as_string(hide_password=True)
+    )
+    database.dispose()
+
+
+if __name__ == "__main__":
+    main()

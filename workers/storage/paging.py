@@ -1,0 +1,51 @@
+"""Keyset pages: a cursor says after which id to go on, so that no row is skipped or doubled."""
+
+import base64
+import binascii
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Generic, TypeVar
+
+from workers.errors import InvalidRequestError
+
+Row = TypeVar("Row")
+
+
+@dataclass(frozen=True)
+class Page(Generic[Row]):
+    """Rows of one page and the cursor of the next, None at the end."""
+
+    items: Sequence[Row]
+    next_cursor: str | None
+
+
+def encode_cursor(key: str) -> str:
+    """Make an opaque cursor of the last row's key."""
+    return base64.urlsafe_b64encode(key.encode()).decode().rstrip("=")
+
+
+def decode_cursor(cursor: str | None) -> str | None:
+    """Read a cursor.
+
+    Raises
+    ------
+    InvalidRequestError
+        It is none that Proteus gave.
+    """
+    if cursor is None:
+        return None
+    try:
+        padded = cursor + "=" * (-len(cursor) % 4)
+        key = base64.b64decode(padded.encode(), altchars=b"-_", validate=True).decode()
+    except (binascii.Error, UnicodeError):
+        raise InvalidRequestError(f"the cursor {cursor[:40]!r} is none that was given") from None
+    if not key or "\x00" in key or len(key) > 200:
+        raise InvalidRequestError(f"the cursor {cursor[:40]!r} is none that was given")
+    return key
+
+
+def cut_page(rows: Sequence[Row], limit: int, key: Callable[[Row], str]) -> Page[Row]:
+    """Make a page of at most ``limit`` from rows that were read with one more than that."""
+    if len(rows) <= limit:
+        return Page(rows, None)
+    return Page(rows[:limit], encode_cursor(key(rows[limit - 1])))

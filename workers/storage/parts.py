@@ -1,0 +1,209 @@
+"""How a part of a job is claimed, kept, finished or lost: the engine below all tasks.
+
+A message only wakes a worker. The worker claims the part with one conditional update, its
+parent renews the lease, and the result is stored in the same transaction that finishes the
+part, fenced by the owner that the claim drew: whoever lost the lease stores nothing.
+Locks are taken in one order everywhere: job, part, collection, shape, counter.
+Times are given by the caller, in seconds since 1970; a fleet's clocks may differ by less
+than a lease.
+"""
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from sqlalchemy import or_, select, update
+from sqlalchemy.orm import Session
+
+from workers.errors import ConflictError
+from workers.storage.identifiers import new_id
+from workers.storage.jobs import MAX_ERRORS, NewPart, add_parts, end_if_all_ended, get_job
+from workers.storage.models import Job, Part, Shape
+
+
+class LeaseLostError(ConflictError):
+    """Somebody else works on this part now, or its job was cancelled: store nothing."""
+
+
+@dataclass(frozen=True)
+class Claim:
+    """A part that this worker, and no other, may finish."""
+
+    part_id: str
+    job_id: str
+    kind: str
+    payload: Mapping[str, Any]
+    shape_id: str | None
+    owner: str
+    attempts: int
+
+
+@dataclass(frozen=True)
+class Failure:
+    """Why an item failed, as its client reads it."""
+
+    item: str
+    type: str
+    detail: str
+
+
+def claim_part(
+    session: Session, part_id: str, *, message: str, now: float, lease_seconds: float
+) -> Claim | None:
+    """Claim a part that is queued, or whose lease ran out; None if there is nothing to do."""
+    job_id = session.scalar(select(Part.job_id).where(Part.id == part_id))
+    if job_id is None:
+        return None
+    job = get_job(session, job_id, lock=True)
+    owner = new_id()
+    claimable = or_(Part.state == "queued", (Part.state == "running") & (Part.lease_until < now))
+    row = session.execute(
+        update(Part)
+        .where(Part.id == part_id, claimable)
+        .values(
+            state="running",
+            owner=owner,
+            message=message,
+            lease_until=now + lease_seconds,
+            attempts=Part.attempts + 1,
+        )
+        .returning(Part.kind, Part.payload, Part.shape_id, Part.attempts)
+    ).one_or_none()
+    if row is None:
+        return None
+    if job.state == "queued":
+        job.state, job.started_at = "running", now
+        job.revision += 1
+    job.attempts = max(job.attempts, row.attempts)
+    return Claim(part_id, job_id, row.kind, row.payload, row.shape_id, owner, row.attempts)
+
+
+def renew_leases(session: Session, messages: Iterable[str], *, until: float) -> int:
+    """Lengthen the leases of parts whose messages are being worked on; returns how many."""
+    ids = list(messages)
+    if not ids:
+        return 0
+    renewed = session.scalars(
+        update(Part)
+        .where(Part.message.in_(ids), Part.state == "running")
+        .values(lease_until=until)
+        .returning(Part.id)
+    )
+    return len(renewed.all())
+
+
+def hold_lease(session: Session, claim: Claim) -> Job:
+    """Make sure, until the commit, that the claim still stands; returns its job, locked.
+
+    Raises
+    ------
+    LeaseLostError
+        It does not.
+    """
+    job = get_job(session, claim.job_id, lock=True)
+    held = select(Part.id).where(
+        Part.id == claim.part_id, Part.owner == claim.owner, Part.state == "running"
+    )
+    if session.scalar(held.with_for_update()) is None:
+        raise LeaseLostError(f"part {claim.part_id} is no longer held by this worker")
+    return job
+
+
+def finish_part(
+    session: Session,
+    claim: Claim,
+    *,
+    failure: Failure | None = None,
+    follow_up: Sequence[NewPart] = (),
+) -> list[Part]:
+    """End a part and count it; call it last in the transaction that stores the result.
+
+    Returns
+    -------
+    Parts to dispatch after the commit: the follow-up, or the job's finale.
+
+    Raises
+    ------
+    LeaseLostError
+        The claim stands no longer: the transaction must be given up.
+    """
+    job = hold_lease(session, claim)
+    ended = update(Part).where(Part.id == claim.part_id)
+    state = "succeeded" if failure is None else "failed"
+    weight = session.scalar(
+        ended.values(state=state, owner=None, lease_until=None).returning(Part.weight)
+    )
+    job.done += weight or 0
+    job.revision += 1
+    if failure is not None:
+        job.failed += weight or 0
+        if len(job.errors) < MAX_ERRORS:
+            job.errors = [*job.errors, dict(vars(failure))]
+    queued = add_parts(session, job, follow_up)
+    return queued or end_if_all_ended(session, job)
+
+
+def report_failures(session: Session, claim: Claim, failures: Sequence[Failure]) -> None:
+    """Name items that failed inside a part which goes on."""
+    if failures:
+        job = hold_lease(session, claim)
+        room = max(0, MAX_ERRORS - len(job.errors))
+        job.errors = [*job.errors, *(dict(vars(failure)) for failure in failures[:room])]
+        job.failed += len(failures)
+        job.revision += 1
+
+
+def release_part(session: Session, claim: Claim, *, now: float) -> None:
+    """Give a part back to the queue, as if it had not been claimed but for its attempts."""
+    hold_lease(session, claim)
+    session.execute(
+        update(Part)
+        .where(Part.id == claim.part_id)
+        .values(state="queued", owner=None, lease_until=None, sent_at=now)
+    )
+
+
+def parts_to_send(
+    session: Session, *, now: float, resend_seconds: float, limit: int = 500
+) -> list[Part]:
+    """Parts that nobody seems to know of: long unheard, or with a lease that ran out."""
+    lost = or_(
+        (Part.state == "queued") & (Part.sent_at < now - resend_seconds),
+        (Part.state == "running") & (Part.lease_until < now),
+    )
+    return list(session.scalars(select(Part).where(lost).order_by(Part.id).limit(limit)))
+
+
+def mark_sent(session: Session, part_ids: Sequence[str], *, now: float) -> None:
+    """Note that the parts' messages were sent just now."""
+    session.execute(update(Part).where(Part.id.in_(part_ids)).values(sent_at=now))
+
+
+def fail_exhausted(session: Session, part_id: str, *, now: float, max_attempts: int) -> list[Part]:
+    """Fail a part whose workers died as often as is allowed; returns parts to dispatch."""
+    exhausted = select(Part).where(
+        Part.id == part_id,
+        Part.state == "running",
+        Part.lease_until < now,
+        Part.attempts >= max_attempts,
+    )
+    part = session.scalar(exhausted)
+    if part is None:
+        return []
+    get_job(session, part.job_id, lock=True)
+    part = session.scalar(exhausted.with_for_update().execution_options(populate_existing=True))
+    if part is None:
+        return []
+    part.owner, part.lease_until = new_id(), now + 60.0
+    session.flush()
+    detail = f"its computation ended {part.attempts} times without a result"
+    shape = session.get(Shape, part.shape_id) if part.shape_id else None
+    if shape is not None:
+        shape.error = {"type": "computation-lost", "detail": detail}
+    claim = Claim(
+        part.id, part.job_id, part.kind, part.payload, part.shape_id, part.owner, part.attempts
+    )
+    item = part.kind if shape is None else shape.name
+    return finish_part(
+        session, claim, failure=Failure(item=item, type="computation-lost", detail=detail)
+    )

@@ -1,0 +1,154 @@
+"""Rows of shapes.
+
+A shape's state is derived: it can be found exactly when it has a descriptor under its
+collection's model, and no flag could disagree with that.
+"""
+
+import time
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+from sqlalchemy import ColumnElement, case, select
+from sqlalchemy.dialects import postgresql, sqlite
+from sqlalchemy.orm import Session
+
+from workers.errors import ShapeNotFoundError
+from workers.storage.descriptors import forget_shapes
+from workers.storage.identifiers import new_id
+from workers.storage.models import Collection, Descriptor, Part, Shape
+from workers.storage.paging import Page, cut_page, decode_cursor
+
+
+@dataclass(frozen=True)
+class NewShape:
+    """A mesh that was received: its content's hash and what is said of it."""
+
+    sha256: str
+    n_bytes: int
+    name: str
+    label: str | None = None
+    transformation: str | None = None
+    strength: int | None = None
+    attributes: Mapping[str, Any] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class ShapeView:
+    """A shape's row, the name of its collection, and its state."""
+
+    row: Shape
+    collection: str
+    state: str
+
+
+def create_shape(session: Session, collection_id: str, shape: NewShape) -> tuple[str, bool]:
+    """Make a shape, unless the collection has one of the same content.
+
+    Returns
+    -------
+    Its id, and whether it is new.
+    """
+    dialect = session.get_bind().dialect.name
+    insert = postgresql.insert if dialect == "postgresql" else sqlite.insert
+    statement = insert(Shape).values(
+        id=new_id(),
+        collection_id=collection_id,
+        repairs=[],
+        created_at=time.time(),
+        **{**vars(shape), "attributes": dict(shape.attributes)},
+    )
+    unseen = statement.on_conflict_do_nothing(index_elements=["collection_id", "sha256"])
+    created = session.scalar(unseen.returning(Shape.id))
+    if created is not None:
+        return created, True
+    same = (Shape.collection_id == collection_id, Shape.sha256 == shape.sha256)
+    return session.execute(select(Shape.id).where(*same)).scalar_one(), False
+
+
+def state_of_shape() -> ColumnElement[str]:
+    """SQL expression of the state; needs ``Shape`` joined with ``Collection``."""
+    described = (
+        select(Descriptor.shape_id)
+        .where(
+            Descriptor.shape_id == Shape.id,
+            Descriptor.model == Collection.model,
+            Descriptor.vector.is_not(None),
+        )
+        .exists()
+    )
+    running = select(Part.id).where(Part.shape_id == Shape.id, Part.state == "running").exists()
+    return case(
+        (Shape.error.is_not(None), "failed"),
+        (described, "ready"),
+        (running, "processing"),
+        else_="queued",
+    )
+
+
+def get_shape(session: Session, shape_id: str) -> ShapeView:
+    """Return a shape.
+
+    Raises
+    ------
+    ShapeNotFoundError
+        There is none with this id.
+    """
+    found = get_shapes(session, [shape_id])
+    if not found:
+        raise ShapeNotFoundError(f"there is no shape {shape_id!r}")
+    return found[shape_id]
+
+
+def get_shapes(session: Session, shape_ids: Sequence[str]) -> dict[str, ShapeView]:
+    """Return those of these shapes that exist, by id."""
+    found: dict[str, ShapeView] = {}
+    for start in range(0, len(shape_ids), 500):
+        ids = shape_ids[start : start + 500]
+        for row in session.execute(_views().where(Shape.id.in_(ids))):
+            found[row[0].id] = ShapeView(*row)
+    return found
+
+
+def page_of_shapes(
+    session: Session,
+    collection_id: str,
+    *,
+    limit: int,
+    cursor: str | None,
+    state: str | None = None,
+    **equals: str | None,
+) -> Page[ShapeView]:
+    """Shapes of a collection in the order they came, filtered by state or equal columns."""
+    statement = _views().where(Shape.collection_id == collection_id)
+    for name, value in equals.items():
+        if value is not None:
+            statement = statement.where(getattr(Shape, name) == value)
+    if state is not None:
+        statement = statement.where(state_of_shape() == state)
+    if (after := decode_cursor(cursor)) is not None:
+        statement = statement.where(Shape.id > after)
+    rows = session.execute(statement.order_by(Shape.id).limit(limit + 1)).all()
+    return cut_page([ShapeView(*row) for row in rows], limit, lambda view: view.row.id)
+
+
+def delete_shape(session: Session, shape_id: str) -> None:
+    """Forget a shape; its descriptors stay as rows that say it is gone.
+
+    Raises
+    ------
+    ShapeNotFoundError
+        There is none with this id.
+    """
+    shape = session.get(Shape, shape_id, with_for_update=True)
+    if shape is None:
+        raise ShapeNotFoundError(f"there is no shape {shape_id!r}")
+    session.delete(shape)
+    session.flush()
+    forget_shapes(session, [shape_id])
+
+
+def _views() -> Any:
+    return select(Shape, Collection.name, state_of_shape()).join(
+        Collection, Collection.id == Shape.collection_id
+    )

@@ -1,0 +1,68 @@
+"""What was computed of a mesh, as blobs: the cleaned mesh, the working mesh and its spectrum.
+
+Eigenvectors are kept in single precision, which costs less than 1e-6 of any descriptor.
+Descriptors are made from what is read back, never from what is still in memory, so that a
+shape described at its upload and one described again later have the same bits.
+"""
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from workers.geometry.mesh import TriangleMesh
+from workers.geometry.preparation import View
+from workers.geometry.spectrum import Spectrum
+from workers.storage.arrays import pack, unpack
+from workers.storage.blobs import BlobStore, cleaned_key, spectrum_key
+
+
+def store_cleaned(blobs: BlobStore, sha256: str, mesh: TriangleMesh) -> None:
+    """Keep the cleaned mesh of these bytes."""
+    faces = mesh.faces.astype(np.int32)
+    blobs.put(cleaned_key(sha256), pack({"vertices": mesh.vertices, "faces": faces}))
+
+
+def load_cleaned(blobs: BlobStore, sha256: str) -> TriangleMesh:
+    """Return the cleaned mesh of these bytes.
+
+    Raises
+    ------
+    BlobNotFoundError
+        It was not computed.
+    """
+    arrays = unpack(blobs.get(cleaned_key(sha256)))
+    return TriangleMesh(arrays["vertices"], arrays["faces"])
+
+
+def store_solution(
+    blobs: BlobStore, sha256: str, view: View, mesh: TriangleMesh, spectrum: Spectrum
+) -> None:
+    """Keep the working mesh and the spectrum of these bytes under a view."""
+    arrays: dict[str, NDArray[Any]] = {
+        "vertices": mesh.vertices.astype(np.float32),
+        "faces": mesh.faces.astype(np.int32),
+        "eigenvalues": spectrum.eigenvalues,
+        "eigenvectors": spectrum.eigenvectors.astype(np.float32),
+        "areas": spectrum.areas,
+        "area": np.array(spectrum.area),
+    }
+    blobs.put(spectrum_key(sha256, view.key), pack(arrays))
+
+
+def load_solution(blobs: BlobStore, sha256: str, view: View) -> tuple[TriangleMesh, Spectrum]:
+    """Return the working mesh and the spectrum of these bytes under a view.
+
+    Raises
+    ------
+    BlobNotFoundError
+        They were not computed.
+    """
+    arrays = unpack(blobs.get(spectrum_key(sha256, view.key)))
+    spectrum = Spectrum(
+        eigenvalues=arrays["eigenvalues"],
+        eigenvectors=arrays["eigenvectors"],
+        areas=arrays["areas"],
+        area=float(arrays["area"]),
+    )
+    return TriangleMesh(arrays["vertices"], arrays["faces"]), spectrum

@@ -1,0 +1,1 @@
+"""Celery: a message wakes a worker for one part of a job."""

@@ -1,0 +1,66 @@
+"""What Celery is told, and why."""
+
+from typing import Any
+
+from celery import Celery
+from kombu.entity import Queue
+
+from workers.settings import Settings
+from workers.storage.jobs import INGEST, LIGHT
+
+
+def queue_name(settings: Settings, queue: str) -> str:
+    """Name in the broker of the queue ``light`` or ``ingest``."""
+    return f"{settings.queue_prefix}.{queue}"
+
+
+def make_celery(settings: Settings) -> Celery:
+    """Make the application for these settings.
+
+    There is no result backend: results are rows. Messages are acknowledged late and prefetched
+    one a process; a message that is lost, doubled or late does no harm, since the row's lease
+    decides. The queues are served in the order given, so that a question overtakes uploads.
+    """
+    celery = Celery(
+        "proteus",
+        broker=settings.resolved_broker_url,
+        include=["workers.tasks.run", "workers.tasks.sweep"],
+    )
+    queues = [Queue(queue_name(settings, name)) for name in (LIGHT, INGEST)]
+    celery.conf.update(
+        task_queues=queues,
+        task_default_queue=queues[0].name,
+        task_create_missing_queues=False,
+        task_serializer="json",
+        accept_content=["json"],
+        task_ignore_result=True,
+        task_acks_late=True,
+        task_reject_on_worker_lost=True,
+        task_time_limit=settings.task_seconds,
+        worker_prefetch_multiplier=1,
+        worker_concurrency=settings.worker_processes,
+        worker_max_tasks_per_child=500,
+        worker_max_memory_per_child=4_000_000,  # kB
+        worker_pool_start_method="spawn",  # a fork would copy the locks of the keeper's thread
+        worker_hijack_root_logger=False,
+        worker_redirect_stdouts=False,
+        worker_soft_shutdown_timeout=2.0,
+        worker_enable_soft_shutdown_on_idle=False,
+        worker_cancel_long_running_tasks_on_connection_loss=True,
+        broker_connection_retry_on_startup=True,
+        broker_connection_max_retries=None,
+        broker_transport_options={
+            "queue_order_strategy": "priority",
+            "visibility_timeout": settings.task_seconds + 600,
+            "unacked_restore_interval": 10,
+            "unacked_restore_throttle": 1,
+            "socket_timeout": 30,
+            "socket_connect_timeout": 2,
+            "socket_keepalive": True,
+            "retry_on_timeout": True,
+            "max_retries": 1,
+        },
+        task_publish_retry=False,
+    )
+    celery.settings = settings
+    return celery

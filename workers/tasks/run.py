@@ -1,0 +1,32 @@
+"""The one task: do the part whose id the message carries."""
+
+from functools import cache
+from typing import Any
+
+from celery import Task
+
+from workers.pipeline.work import run_part
+from workers.pipeline.workbench import Workbench
+from workers.settings import Settings
+from workers.storage.blobs import BlobStore
+from workers.storage.database import Database
+from workers.tasks.app import app
+from workers.tasks.dispatch import Dispatcher
+
+
+@cache
+def workbench() -> Workbench:
+    """What this process works with, opened at its first task."""
+    settings: Settings = app.settings
+    return Workbench(
+        database=Database(settings.resolved_database_url),
+        blobs=BlobStore(settings.resolved_blob_url),
+        settings=settings,
+        send=Dispatcher(settings, app).send,
+    )
+
+
+@app.task(bind=True, name="workers.tasks.run.run_part_task")
+def run_part_task(self: Task[Any, Any], part_id: str) -> None:
+    """Do one part of a job."""
+    run_part(workbench(), part_id, message=str(self.request.id))
