@@ -10,6 +10,7 @@ from collections.abc import Iterator
 from contextlib import closing, contextmanager
 from pathlib import Path
 from tempfile import TemporaryDirectory
+from urllib.parse import urlsplit
 
 import psycopg
 import pytest
@@ -46,7 +47,7 @@ def postgres_database(server: str) -> Iterator[str]:
     with psycopg.connect(server, autocommit=True) as connection:
         connection.execute(f'CREATE DATABASE "{name}"')  # type: ignore[arg-type]
         try:
-            yield server.rsplit("/", 1)[0] + f"/{name}"
+            yield urlsplit(server)._replace(path=f"/{name}").geturl()
         finally:
             connection.execute(f'DROP DATABASE "{name}" WITH (FORCE)')  # type: ignore[arg-type]
 
@@ -55,19 +56,25 @@ def postgres_database(server: str) -> Iterator[str]:
 def _own_postgres() -> Iterator[str]:
     programs = sorted(Path("/usr/lib/postgresql").glob("*/bin"))
     found = shutil.which("initdb") or (str(programs[-1] / "initdb") if programs else None)
-    if found is None or os.getuid() == 0:  # PostgreSQL refuses to run as root
+    is_root = os.getuid() == 0  # as whom PostgreSQL refuses to run
+    if found is None or (is_root and shutil.which("runuser") is None):
         unavailable("no PostgreSQL server runs, and none of our own can be started")
         return
+    run_as = ["runuser", "-u", "postgres", "--"] if is_root else []
     with TemporaryDirectory(prefix="proteus-pg-") as folder:
-        data, programs_folder = f"{folder}/data", Path(found).parent
-        subprocess.run([found, "-D", data, "-A", "trust", "-U", "postgres"], check=True)
-        control = [str(programs_folder / "pg_ctl"), "-D", data, "-w"]
+        if is_root:
+            shutil.chown(folder, "postgres")
+        data = f"{folder}/data"
+        control = [*run_as, str(Path(found).parent / "pg_ctl"), "-D", data, "-w"]
         options = f"-c listen_addresses='' -k {folder}"
-        subprocess.run([*control, "-o", options, "-l", f"{folder}/log", "start"], check=True)
+        initialise = [*run_as, found, "-D", data, "-A", "trust", "-U", "postgres"]
+        subprocess.run(initialise, check=True, cwd=folder)
+        start = [*control, "-o", options, "-l", f"{folder}/log", "start"]
+        subprocess.run(start, check=True, cwd=folder)
         try:
             yield f"postgresql://postgres@/postgres?host={folder}"
         finally:
-            subprocess.run([*control, "-m", "immediate", "stop"], check=True)
+            subprocess.run([*control, "-m", "immediate", "stop"], check=True, cwd=folder)
 
 
 @contextmanager

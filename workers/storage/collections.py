@@ -79,18 +79,14 @@ def count_shapes(session: Session, collections: Sequence[Collection]) -> Mapping
             select(Shape.collection_id, func.count())
             .where(Shape.collection_id.in_(ids))
             .group_by(Shape.collection_id)
-        )
-        .tuples()
-        .all()
+        ).all()
     )
     failed = dict(
         session.execute(
             select(Shape.collection_id, func.count())
             .where(Shape.collection_id.in_(ids), Shape.error.is_not(None))
             .group_by(Shape.collection_id)
-        )
-        .tuples()
-        .all()
+        ).all()
     )
     ready = dict(
         session.execute(
@@ -103,9 +99,7 @@ def count_shapes(session: Session, collections: Sequence[Collection]) -> Mapping
             )
             .where(Collection.id.in_(ids))
             .group_by(Collection.id)
-        )
-        .tuples()
-        .all()
+        ).all()
     )
     return {i: Counts(shapes.get(i, 0), ready.get(i, 0), failed.get(i, 0)) for i in ids}
 

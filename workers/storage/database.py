@@ -40,10 +40,9 @@ class Database:
 
     @contextmanager
     def read(self) -> Iterator[Session]:
-        """Open a reading transaction; whatever it changed is rolled back."""
+        """Open a reading transaction; what it would change is never stored, what it read stays."""
         with self._reads() as session:
             yield session
-            session.rollback()
 
     def dispose(self) -> None:
         """Close every pooled connection."""

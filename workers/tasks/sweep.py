@@ -78,9 +78,7 @@ def sweep(settings: Settings, database: Database, dispatcher: Dispatcher) -> int
         backlog = dict(
             session.execute(
                 select(Part.queue, func.count()).where(Part.state == "queued").group_by(Part.queue)
-            )
-            .tuples()
-            .all()
+            ).all()
         )
     if not lost:
         return 0

@@ -1,0 +1,62 @@
+# Everything a person does with a checkout. `make` alone lists the targets.
+
+PYTHON ?= python3
+VENV   := .venv
+BIN    := $(VENV)/bin
+PIP    := $(BIN)/python -m pip --disable-pip-version-check install --quiet
+DATA   ?= proteus-data
+PORT   ?= 8000
+
+export PIP_REQUIRE_VIRTUALENV := 1
+
+.DEFAULT_GOAL := help
+.PHONY: help setup demo serve test check benchmark lock clean
+
+help: ## list the targets
+	@awk -F ':.*## ' '/^[a-z]+:.*## /{printf "  make %-10s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
+
+setup: $(VENV)/.runtime ## create .venv with what the service needs, from the lock file
+
+demo: $(VENV)/.runtime ## start everything, load the demo collection, ask; EXIT=1 ends there
+	@$(BIN)/proteus demo --data-dir $(DATA) --port $(PORT) $(if $(EXIT),--exit)
+
+serve: $(VENV)/.runtime ## start everything: broker, worker and API as one program
+	@$(BIN)/proteus serve --data-dir $(DATA) --port $(PORT)
+
+test: $(VENV)/.dev ## set up and pass all tests
+	$(BIN)/python -m pytest $(PYTEST)
+
+check: $(VENV)/.dev ## lint, types and import contracts
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/mypy
+	$(BIN)/lint-imports
+
+benchmark: $(VENV)/.dev ## measure side by side with peers
+	$(BIN)/python -m benchmarks
+
+lock: ## resolve the dependencies anew (needs uv on the PATH)
+	uv pip compile -q --universal --python-version 3.11 --generate-hashes --no-annotate --no-header \
+	    pyproject.toml requirements/build.in -o requirements/runtime.txt
+	uv pip compile -q --universal --python-version 3.11 --generate-hashes --no-annotate --no-header \
+	    --group dev -c requirements/runtime.txt pyproject.toml requirements/build.in -o requirements/dev.txt
+
+clean: ## remove the environment and all caches, but no data
+	rm -rf $(VENV) build dist *.egg-info .pytest_cache .mypy_cache .ruff_cache .hypothesis .import_linter_cache
+
+$(VENV)/bin/python:
+	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \
+	    { echo "Proteus needs Python 3.11 or newer; name one with: make PYTHON=python3.12 $(MAKECMDGOALS)"; exit 1; }
+	@echo "creating $(VENV)"
+	@$(PYTHON) -m venv $(VENV)
+
+$(VENV)/.runtime: requirements/runtime.txt pyproject.toml | $(VENV)/bin/python
+	@echo "installing what the service needs (hashes checked; a minute or so)"
+	@$(PIP) --require-hashes -r requirements/runtime.txt
+	@$(PIP) --no-deps --no-build-isolation -e .
+	@touch $@
+
+$(VENV)/.dev: requirements/dev.txt $(VENV)/.runtime
+	@echo "installing what the tests need"
+	@$(PIP) --require-hashes -r requirements/dev.txt
+	@touch $@
