@@ -61,7 +61,7 @@ def _check_directory(entries: list[zipfile.ZipInfo], settings: Settings) -> None
 
 
 def _is_passed_over(info: zipfile.ZipInfo) -> bool:
-    path = PurePosixPath(info.filename)
+    path = PurePosixPath(info.filename.replace("\\", "/"))
     hidden = path.name.startswith(".") or "__MACOSX" in path.parts
     return info.is_dir() or hidden or path.suffix.lower() in ANCILLARY
 
