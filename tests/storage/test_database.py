@@ -22,7 +22,7 @@ from workers.storage.arrays import pack, unpack, vector_from_bytes, vector_to_by
 from workers.storage.blobs import BlobStore
 from workers.storage.database import Database
 from workers.storage.identifiers import new_id
-from workers.storage.migrate import migrate, migrate_schema, migration_config
+from workers.storage.migrate import migrate_schema, migration_config
 from workers.storage.models import Base, Counter, TrainedModel
 
 

@@ -1,6 +1,5 @@
 """What Celery is told, and why."""
 
-from typing import Any
 
 from celery import Celery
 from kombu.entity import Queue

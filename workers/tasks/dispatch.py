@@ -6,6 +6,7 @@ import structlog
 from celery import Celery
 
 from workers.settings import Settings
+from workers.storage.jobs import INGEST, LIGHT
 from workers.storage.models import Part
 from workers.tasks.configuration import make_celery, queue_name
 
@@ -55,9 +56,15 @@ class Dispatcher:
             log.debug("broker does not say", error=str(error)[:200])
             return None
 
+    def forget_queues(self) -> None:
+        """Drop all messages that wait; the sweeper sends their parts again."""
+        with self._celery.connection_for_write() as connection:
+            for queue in (LIGHT, INGEST):
+                connection.default_channel.client.delete(queue_name(self._settings, queue))
+
     def broker_alive(self) -> bool:
         """Whether the broker answers."""
-        return self.waiting("light") is not None
+        return self.waiting(LIGHT) is not None
 
     def close(self) -> None:
         """Close the connections."""
