@@ -1,0 +1,220 @@
+"""The smallest eigenpairs of W φ = λ A φ on one connected surface, certified by inertia."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.linalg
+from scipy import sparse
+
+from workers.errors import SpectrumError
+from workers.geometry.arrays import FloatArray
+from workers.geometry.certificate import RESIDUAL, Candidate, is_certified, polished
+from workers.geometry.inertia import ShiftedFactor, factorise, factorise_between
+from workers.geometry.lanczos import BlockLanczos, RitzPairs
+
+DENSE_VERTICES = 500
+"""Up to so many vertices LAPACK computes all eigenpairs."""
+
+_LAST_RESORT_VERTICES = 4000
+_START_SEED = 20140717  # of the first Lanczos block: the same mesh gives the same bits
+
+
+@dataclass(frozen=True)
+class _Strategy:
+    """How to search: Lanczos block (0: more than the pairs wanted), place of the shift."""
+
+    block: int
+    position: float  # of the shift, in units of Weyl's estimate of the k-th eigenvalue
+
+
+# From the fastest to the surest. Below the spectrum (the last) the factor is definite, and a block
+# wider than k finds every copy of a multiple eigenvalue.
+_STRATEGIES = (
+    _Strategy(block=8, position=0.45),
+    _Strategy(block=8, position=0.37),
+    _Strategy(block=32, position=0.41),
+    _Strategy(block=0, position=-0.02),
+)
+
+
+def smallest_eigenpairs(
+    stiffness: sparse.csc_array, areas: FloatArray, n_eigenpairs: int
+) -> tuple[FloatArray, FloatArray]:
+    """Smallest nonzero eigenpairs of W φ = λ A φ of one connected component, eq. (9).
+
+    Area is scaled to 1 inside. Small problems are solved densely; others by shift-and-invert block
+    Lanczos with the shift inside the wanted range, and returned only if, by Sylvester's law,
+    the inertia of S - τI for a τ in a gap at the k-th eigenvalue equals the number found.
+
+    Parameters
+    ----------
+    stiffness : (n, n) sparse
+        W, symmetric, positive semidefinite, with the constants as its only kernel.
+    areas : (n,) float64
+        Positive diagonal of A.
+    n_eigenpairs : int
+        k; all n - 1 where there are fewer.
+
+    Returns
+    -------
+    eigenvalues : (k,) float64
+        Ascending, positive, in 1/area; the zero mode is dropped.
+    eigenvectors : (n, k) float64
+        Area-orthonormal: ``eigenvectors.T @ (areas * eigenvectors) = I``.
+
+    Raises
+    ------
+    SpectrumError
+        No strategy gave eigenpairs that could be certified, or the surface is not connected.
+    """
+    n_vertices = len(areas)
+    count = min(n_eigenpairs, n_vertices - 1)
+    if count < 1:
+        return np.empty(0), np.empty((n_vertices, 0))
+    total = float(areas.sum())
+    masses = areas / total  # (n,)
+    if n_vertices <= DENSE_VERTICES or count > n_vertices / 5:
+        values, vectors = _dense_eigenpairs(stiffness, masses, count)
+    else:
+        values, vectors = _certified_eigenpairs(stiffness, masses, count)
+    if values[0] <= 1e-10:
+        raise SpectrumError(
+            f"the second eigenvalue is {values[0]:.1e} at area 1: the surface is not connected, "
+            "expected one connected component"
+        )
+    return values / total, vectors / np.sqrt(total)
+
+
+def _dense_eigenpairs(
+    stiffness: sparse.csc_array, masses: FloatArray, count: int
+) -> tuple[FloatArray, FloatArray]:
+    """All eigenpairs by LAPACK, of which the smallest nonzero are returned.
+
+    Solved as A φ = μ (W + sA) φ, μ = 1/(λ + s): the wanted λ are the largest μ, and keep
+    their digits even where slivers give S a huge norm.
+    """
+    offset = 4.0 * np.pi * count
+    pencil = stiffness.toarray() + np.diag(offset * masses)
+    try:
+        inverses, vectors = scipy.linalg.eigh(np.diag(masses), pencil)
+    except np.linalg.LinAlgError as error:
+        raise SpectrumError(
+            "the stiffness matrix is not positive semidefinite; expected a clean mesh"
+        ) from error
+    chosen = np.arange(len(masses) - 2, len(masses) - 2 - count, -1)  # past the zero mode
+    vectors = vectors[:, chosen] / np.sqrt(inverses[chosen])
+    values = 1.0 / inverses[chosen] - offset
+    return values, vectors
+
+
+def _certified_eigenpairs(
+    stiffness: sparse.csc_array, masses: FloatArray, count: int
+) -> tuple[FloatArray, FloatArray]:
+    """Try the strategies in turn until one is certified."""
+    roots = np.sqrt(masses)  # (n,) also the zero mode of S
+    scaling = sparse.diags_array(1.0 / roots)
+    matrix = sparse.csc_array(scaling @ stiffness @ scaling)  # S = A^-1/2 W A^-1/2
+    for strategy in _STRATEGIES:
+        found = _attempt(matrix, roots, count, strategy)
+        if found is not None:
+            values, vectors = found
+            return values, vectors / roots[:, None]
+    if len(masses) <= _LAST_RESORT_VERTICES:
+        return _dense_eigenpairs(stiffness, masses, count)
+    raise SpectrumError(
+        f"{count} eigenpairs of {len(masses)} vertices could not be certified: the number found "
+        "differs from the inertia under every strategy"
+    )
+
+
+def _attempt(
+    matrix: sparse.csc_array, zero_mode: FloatArray, count: int, strategy: _Strategy
+) -> tuple[FloatArray, FloatArray] | None:
+    """Eigenpairs of S by one strategy, certified, or None."""
+    n_rows = len(zero_mode)
+    factor = _place_shift(matrix, count, strategy.position)
+    block = strategy.block or count + 8
+    capacity = min(8 * count + 12 * block, n_rows - 2 - 2 * block)
+    if factor is None or capacity < count + 2:
+        return None
+    process = BlockLanczos(
+        factor.solve,
+        n_rows=n_rows,
+        block=block,
+        capacity=capacity,
+        deflated=(zero_mode / np.linalg.norm(zero_mode))[:, None],
+        rng=np.random.Generator(np.random.PCG64(_START_SEED)),
+    )
+    next_check = 2 * count + 4 * block
+    refusals = 0
+    while not process.is_full and refusals < 3:
+        process.step()
+        if process.size < next_check and not process.is_full:
+            continue
+        next_check = process.size + max(block, count // 4)
+        ritz = process.ritz_pairs()
+        candidate = _converged(ritz, factor, count)
+        if candidate is None:
+            continue
+        if is_certified(matrix, zero_mode, candidate, count):
+            vectors = ritz.vectors(candidate.indices[:count])
+            return polished(matrix, factor, vectors)
+        refusals += 1
+    return None
+
+
+def _place_shift(matrix: sparse.csc_array, count: int, position: float) -> ShiftedFactor | None:
+    """Factor S - shift I with a part of the wanted eigenvalues below the shift, or none.
+
+    Weyl's law, 4πk at area 1 for the k-th eigenvalue, gives the first shift. Long thin or open
+    surfaces have many more eigenvalues below it, which the inertia tells: it is then moved. A
+    negative position puts it below them all.
+    """
+    shift = position * 4.0 * np.pi * count
+    if position < 0.0:
+        factor = factorise(matrix, shift)
+        return factor if factor is not None and factor.n_below == 0 else None
+    few, many = 0.0, np.inf  # shifts known to have too few, too many eigenvalues below
+    best = None
+    while many > 1.2 * few:
+        factor = factorise_between(matrix, 0.97 * shift, 1.03 * shift)
+        if factor is None:
+            return best
+        below = factor.n_below - 1  # the zero mode is not wanted
+        if below < count:
+            best = factor
+        if (0.15 * count <= below or count < 8) and below <= 0.75 * count:
+            break
+        if below > 0.5 * count:
+            many = shift
+        else:
+            few = shift
+        target = shift * float(np.clip(position * count / max(below, 1), 0.1, 10.0))
+        inside = few < target < many
+        shift = target if inside else float(np.sqrt(max(few, 0.01 * many) * many))
+    return best
+
+
+def _converged(ritz: RitzPairs, factor: ShiftedFactor, count: int) -> Candidate | None:
+    """The wanted eigenvalues and some beyond, or None where the wanted ones have not converged.
+
+    With θ = 1/(λ - shift), those below the shift are the most negative θ, as many as the inertia
+    says; those above are the largest. What remains of a residual r of T x = θ x after one
+    refinement is |S x - λ x| = |λ - shift| r / |θ|.
+    """
+    shift = factor.shift
+    n_lower = max(factor.n_below - 1, 0)
+    usable = np.abs(ritz.values) > 2.0 * ritz.residuals
+    lower = np.flatnonzero(usable & (ritz.values < 0.0))[:n_lower][::-1]
+    upper = np.flatnonzero(usable & (ritz.values > 0.0))[::-1]
+    if len(lower) < n_lower or len(lower) + len(upper) < count:
+        return None
+    indices = np.concatenate([lower, upper])  # (m,) ascending eigenvalues
+    theta, errors = ritz.values[indices], ritz.residuals[indices]
+    values = shift + 1.0 / theta
+    residuals = np.abs(values - shift) * errors / np.abs(theta)
+    if np.any(values[:count] <= 0.0) or np.any(residuals[:count] > RESIDUAL * values[:count]):
+        return None
+    return Candidate(
+        values, shift + 1.0 / (theta + errors), shift + 1.0 / (theta - errors), indices
+    )

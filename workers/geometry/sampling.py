@@ -1,0 +1,157 @@
+"""Evenly spread, area-weighted sample points that pose, scale and numbering do not move."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import sparse
+from scipy.sparse.csgraph import connected_components, dijkstra
+from scipy.sparse.linalg import spsolve_triangular
+
+from workers.errors import InvalidRequestError
+from workers.geometry.arrays import FloatArray, IntArray, read_only
+from workers.geometry.mesh import TriangleMesh
+from workers.geometry.spectrum import Spectrum
+
+# Relative difference within which two distances are equal: above what rounding does, so that a
+# rotated or scaled copy of a symmetric shape takes the same vertices and shares the same cells.
+_TIE = 1e-6
+
+
+@dataclass(frozen=True, eq=False)
+class SurfaceSample:
+    """Vertices that stand for the surface; arrays are read-only.
+
+    Attributes
+    ----------
+    indices : (s,) int64
+        Distinct vertex indices, in the order in which they were taken.
+    weights : (s,) float64
+        Area of the cell of each: of the vertices nearest to it along the surface. The sum is
+        the surface area.
+    """
+
+    indices: IntArray
+    weights: FloatArray
+
+    def __post_init__(self) -> None:
+        """Freeze the arrays."""
+        object.__setattr__(self, "indices", read_only(self.indices, np.int64))
+        object.__setattr__(self, "weights", read_only(self.weights, np.float64))
+
+
+def sample_surface(mesh: TriangleMesh, spectrum: Spectrum, *, count: int = 800) -> SurfaceSample:
+    """Farthest points in the spectral embedding, weighted by cells along the surface.
+
+    Nothing is random, and only intrinsic quantities are used: eigenpairs and edge lengths.
+
+    Parameters
+    ----------
+    mesh : TriangleMesh
+        Clean, of n vertices.
+    spectrum : Spectrum
+        Of this mesh.
+    count : int
+        s; all n vertices where there are fewer.
+
+    Returns
+    -------
+    SurfaceSample
+    """
+    if count < 1:
+        raise InvalidRequestError(f"a sample of {count} points asked for, expected at least 1")
+    if len(spectrum.areas) != mesh.n_vertices:
+        raise InvalidRequestError(
+            f"the spectrum has {len(spectrum.areas)} vertices, the mesh has {mesh.n_vertices}"
+        )
+    if mesh.n_vertices <= count:
+        return SurfaceSample(np.arange(mesh.n_vertices), spectrum.areas)
+    graph = _edge_graph(mesh)
+    embedding = spectral_embedding(spectrum)  # (n, k)
+    seeds = _component_seeds(graph, spectrum.areas, embedding)
+    indices = _farthest_points(embedding, seeds[:count], count)
+    return SurfaceSample(indices, _cell_areas(graph, spectrum.areas, indices))
+
+
+def spectral_embedding(spectrum: Spectrum) -> FloatArray:
+    """Embedding (n, k) by φ_i / √λ_i, faded out towards the last eigenvalue; free of units.
+
+    Its distances are those of the commute-time kernel: near any point nearly the surface's own, up
+    to a factor (Weyl's law, locally), so that farthest points in it lie evenly. The factor
+    1 - (λ_i / λ_k)⁴ lets the last eigenpairs count for nothing: which members of a multiple
+    eigenvalue fell to the k-th place does not matter.
+    """
+    values = spectrum.eigenvalues  # (k,)
+    fading = 1.0 - (values / values[-1]) ** 4 if len(values) else values
+    if np.all(fading < 0.1):  # all eigenvalues (nearly) equal
+        fading = np.ones(len(values))
+    return spectrum.eigenvectors * (fading / np.sqrt(values))
+
+
+def _edge_graph(mesh: TriangleMesh) -> sparse.csr_array:
+    """Edge lengths as a symmetric sparse matrix (n, n)."""
+    edges = np.sort(mesh.faces[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)  # (3m, 2)
+    keys = np.unique(edges[:, 0] * mesh.n_vertices + edges[:, 1])
+    first, second = keys // mesh.n_vertices, keys % mesh.n_vertices  # (e,)
+    lengths = np.linalg.norm(mesh.vertices[first] - mesh.vertices[second], axis=1)
+    shape = (mesh.n_vertices, mesh.n_vertices)
+    upper = sparse.coo_array((lengths, (first, second)), shape=shape).tocsr()
+    return sparse.csr_array(upper + upper.T)
+
+
+def _first_largest(values: FloatArray) -> int:
+    """Lowest index among those whose value is the largest, up to ties."""
+    largest = float(values.max())
+    return int(np.argmax(values >= largest - _TIE * abs(largest)))
+
+
+def _component_seeds(graph: sparse.csr_array, areas: FloatArray, embedding: FloatArray) -> IntArray:
+    """The vertex farthest from the embedding's origin in each component, larger ones first."""
+    n_components, labels = connected_components(graph, directed=False)
+    squared = np.einsum("nk,nk->n", embedding, embedding)  # (n,)
+    totals = np.bincount(labels, areas, minlength=n_components)
+    seeds = []
+    for label in np.argsort(-totals, kind="stable"):
+        members = np.flatnonzero(labels == label)
+        seeds.append(members[_first_largest(squared[members])])
+    return np.array(seeds, dtype=np.int64)
+
+
+def _farthest_points(embedding: FloatArray, seeds: IntArray, count: int) -> IntArray:
+    """Extend the seeds to ``count`` vertices, each the farthest from all before it."""
+    squared = np.einsum("nk,nk->n", embedding, embedding)  # (n,)
+    nearest = np.full(len(embedding), np.inf)  # (n,) squared distance to the points taken
+    indices = np.empty(count, dtype=np.int64)
+    for i in range(count):
+        taken = int(seeds[i]) if i < len(seeds) else _first_largest(nearest)
+        indices[i] = taken
+        distances = squared + squared[taken] - 2.0 * (embedding @ embedding[taken])
+        np.minimum(nearest, np.maximum(distances, 0.0), out=nearest)
+        nearest[indices[: i + 1]] = -1.0
+    return indices
+
+
+def _cell_areas(graph: sparse.csr_array, areas: FloatArray, indices: IntArray) -> FloatArray:
+    """Area of the vertices nearest to each sample along edges, (s,).
+
+    Every vertex hands its area, and what it was handed, down the shortest paths to the samples;
+    where several are equally short it divides it among them. So neither rounding nor numbering
+    decides on a regular mesh. A component without a sample (there are more of them
+    than samples) is shared out by area.
+    """
+    distances = dijkstra(graph, directed=False, indices=indices, min_only=True)  # (n,)
+    edges = graph.tocoo()
+    upper, lower = edges.row, edges.col  # from the farther to the nearer vertex
+    with np.errstate(invalid="ignore"):  # inf - inf, in a component without a sample
+        slack = distances[lower] + edges.data - distances[upper]
+        downhill = (slack <= _TIE * distances[upper]) & (distances[lower] < distances[upper])
+    upper, lower = upper[downhill], lower[downhill]
+    n_ways = np.bincount(upper, minlength=len(areas))
+    order = np.argsort(-distances, kind="stable")  # farthest first
+    place = np.argsort(order)
+    handed = sparse.coo_array(
+        (-1.0 / n_ways[upper], (place[lower], place[upper])), shape=graph.shape
+    )
+    system = sparse.csr_array(handed + sparse.eye_array(len(areas)))  # unit lower triangular
+    held = spsolve_triangular(system, areas[order], lower=True, unit_diagonal=True)  # (n,)
+    cells = np.asarray(held, dtype=np.float64)[place[indices]]
+    return np.asarray(cells * (areas.sum() / cells.sum()), dtype=np.float64)
