@@ -1,0 +1,202 @@
+"""From the mesh of a file to one whose Laplacian makes sense; says what it repaired."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from workers.errors import InvalidMeshError
+from workers.geometry.arrays import BoolArray, FloatArray, IntArray
+from workers.geometry.mesh import TriangleMesh
+from workers.geometry.topology import face_components
+
+MERGE_DISTANCE = 1e-9  # of the bounding box's diagonal
+THINNEST_FACE = 1e-6  # height over longest edge; cotangents beyond its inverse drown in rounding
+SMALLEST_FRAGMENT = 0.01  # of the total area
+FEWEST_FACES = 4  # a closed surface has no fewer
+VERTICES = ("vertex", "vertices")
+FACES = ("face", "faces")
+FRAGMENTS = ("fragment", "fragments")
+SMALLEST_EXTENT, LARGEST_EXTENT = 1e-100, 1e100  # squares and products must stay finite
+
+
+@dataclass(frozen=True, eq=False)
+class CleanedMesh:
+    """A mesh without duplicates, degenerate faces and fragments.
+
+    Attributes
+    ----------
+    mesh : TriangleMesh
+        Every vertex has a face; the order of vertices and faces is that of the input.
+    repairs : tuple of str
+        What was done, in sentences for people; empty if nothing.
+    """
+
+    mesh: TriangleMesh
+    repairs: tuple[str, ...]
+
+
+def clean(mesh: TriangleMesh) -> CleanedMesh:
+    """Repair a mesh; all thresholds are relative, so that units do not matter.
+
+    Drops unreferenced vertices, merges vertices that lie on each other, drops faces without
+    area, repeated faces (of either winding) and components below 1 % of the area.
+
+    Raises
+    ------
+    InvalidMeshError
+        No faces, an index out of range, coordinates that are NaN or infinite, no extent, or
+        fewer than 4 faces left.
+    """
+    _require_sound(mesh)
+    repairs: list[str] = []
+    vertices, faces = _without_unreferenced(mesh.vertices, mesh.faces)
+    _report(repairs, "dropped {} unreferenced {}", mesh.n_vertices - len(vertices), VERTICES)
+    extent = _require_extent(vertices)
+
+    merged, representatives = _merged_vertices(vertices, MERGE_DISTANCE * extent)
+    _report(repairs, "merged {} duplicate {}", len(vertices) - len(representatives), VERTICES)
+    vertices, faces = vertices[representatives], merged[faces]
+
+    kept = faces[~_degenerate(vertices / extent, faces)]
+    _report(repairs, "dropped {} zero-area {}", len(faces) - len(kept), FACES)
+    faces = kept[_first_of_their_kind(kept)]
+    _report(repairs, "dropped {} duplicate {}", len(kept) - len(faces), FACES)
+
+    whole, n_fragments = _without_fragments(vertices / extent, faces)
+    _report(repairs, "left out {} {} below 1 % of the area", n_fragments, FRAGMENTS)
+    vertices, faces = _without_unreferenced(vertices, whole)
+    if len(faces) < FEWEST_FACES:
+        raise InvalidMeshError(
+            f"{len(faces)} {FACES[len(faces) != 1]} left after cleaning, "
+            f"but a shape needs at least {FEWEST_FACES}"
+        )
+    unchanged = not repairs
+    return CleanedMesh(mesh if unchanged else TriangleMesh(vertices, faces), tuple(repairs))
+
+
+def without_useless_faces(mesh: TriangleMesh) -> TriangleMesh:
+    """Mesh without degenerate and repeated faces and the vertices that only they had.
+
+    For meshes that a preparation step made; may leave no face at all.
+    """
+    faces = mesh.faces
+    extent = _require_extent(mesh.vertices)
+    faces = faces[~_degenerate(mesh.vertices / extent, faces)]
+    faces = faces[_first_of_their_kind(faces)]
+    if len(faces) == mesh.n_faces and len(np.unique(faces)) == mesh.n_vertices:
+        return mesh
+    return TriangleMesh(*_without_unreferenced(mesh.vertices, faces))
+
+
+def _report(repairs: list[str], sentence: str, count: int, noun: tuple[str, str]) -> None:
+    """Add the sentence if there was anything to repair."""
+    if count:
+        repairs.append(sentence.format(f"{count:,}", noun[count != 1]))
+
+
+def _require_sound(mesh: TriangleMesh) -> None:
+    """Raise ``InvalidMeshError`` for a mesh that cannot be repaired."""
+    if mesh.n_faces == 0:
+        raise InvalidMeshError(
+            f"the mesh has no faces ({mesh.n_vertices:,} points); expected a surface"
+        )
+    bad = (mesh.faces < 0) | (mesh.faces >= mesh.n_vertices)  # (m, 3)
+    if bad.any():
+        face, corner = np.argwhere(bad)[0]
+        raise InvalidMeshError(
+            f"face {face} refers to vertex {mesh.faces[face, corner]}, "
+            f"but the mesh has {mesh.n_vertices} vertices"
+        )
+    strange = ~np.isfinite(mesh.vertices)  # (n, 3)
+    if strange.any():
+        vertex, axis = np.argwhere(strange)[0]
+        raise InvalidMeshError(
+            f"vertex {vertex} has the coordinate {mesh.vertices[vertex, axis]}; "
+            "expected finite numbers"
+        )
+
+
+def _require_extent(vertices: FloatArray) -> float:
+    """Diagonal of the bounding box, or ``InvalidMeshError`` if it is no sensible number."""
+    with np.errstate(over="ignore"):
+        sides = vertices.max(axis=0) - vertices.min(axis=0)  # (3,)
+    longest = float(sides.max())
+    if longest == 0.0:
+        raise InvalidMeshError(f"all {len(vertices):,} vertices lie in one point")
+    if not SMALLEST_EXTENT < longest < LARGEST_EXTENT:
+        raise InvalidMeshError(
+            f"the mesh is {longest:g} units long; "
+            f"expected between {SMALLEST_EXTENT:g} and {LARGEST_EXTENT:g}"
+        )
+    return longest * float(np.linalg.norm(sides / longest))
+
+
+def _without_unreferenced(vertices: FloatArray, faces: IntArray) -> tuple[FloatArray, IntArray]:
+    """Vertices that have a face, in their order, and the faces renumbered."""
+    referenced = np.zeros(len(vertices), dtype=np.bool_)
+    referenced[faces.ravel()] = True
+    if referenced.all():
+        return vertices, faces
+    new_index = np.cumsum(referenced) - 1  # (n,)
+    return vertices[referenced], new_index[faces]
+
+
+def _merged_vertices(vertices: FloatArray, distance: float) -> tuple[IntArray, IntArray]:
+    """New index (n,) of every vertex, and the old index of the first vertex of each group.
+
+    Along each axis the sorted coordinates are cut where they are more than ``distance``
+    apart; vertices in the same piece along all three axes are one. Other than a grid of
+    cells this has no walls that could separate two vertices in nearly the same place.
+    """
+    group = np.zeros(len(vertices), dtype=np.int64)
+    for axis in range(3):
+        order = np.argsort(vertices[:, axis], kind="stable")
+        gaps = np.diff(vertices[order, axis]) > distance
+        piece = np.empty(len(vertices), dtype=np.int64)
+        piece[order] = np.concatenate([[0], np.cumsum(gaps)])
+        key = group * (piece.max() + 1) + piece  # both are below n, so this fits
+        _, group = np.unique(key, return_inverse=True)
+        group = group.reshape(-1)
+    n_groups = int(group.max()) + 1
+    first = np.full(n_groups, len(vertices))
+    np.minimum.at(first, group, np.arange(len(vertices)))
+    representatives = np.sort(first)
+    rank = np.empty(n_groups, dtype=np.int64)
+    rank[np.argsort(first)] = np.arange(n_groups)
+    return rank[group], representatives
+
+
+def _degenerate(vertices: FloatArray, faces: IntArray) -> BoolArray:
+    """Which faces (m,) are points, segments or needles; vertices in units of the extent."""
+    corners = vertices[faces]  # (m, 3, 3)
+    sides = np.roll(corners, -1, axis=1) - corners  # (m, 3, 3)
+    longest = (sides**2).sum(axis=2).max(axis=1)  # (m,), squared
+    doubled_area = np.linalg.norm(np.cross(sides[:, 0], sides[:, 1]), axis=1)  # (m,)
+    degenerate: BoolArray = doubled_area <= THINNEST_FACE * longest  # a point has 0 ≤ 0
+    return degenerate
+
+
+def _first_of_their_kind(faces: IntArray) -> IntArray:
+    """Indices of the faces that do not repeat the vertices of an earlier one, sorted."""
+    ordered = np.sort(faces, axis=1)
+    order = np.lexsort(ordered.T[::-1])  # stable: the earlier face comes first
+    ordered = ordered[order]
+    new = np.ones(len(faces), dtype=np.bool_)
+    new[1:] = (ordered[1:] != ordered[:-1]).any(axis=1)
+    return np.sort(order[new])
+
+
+def _without_fragments(vertices: FloatArray, faces: IntArray) -> tuple[IntArray, int]:
+    """Faces of the components that have 1 % of the area, and how many components have less."""
+    if len(faces) == 0:
+        return faces, 0
+    mesh = TriangleMesh(vertices, faces)
+    labels = face_components(mesh)  # (m,)
+    areas = np.bincount(labels, weights=mesh.face_areas)  # (components,)
+    large = areas >= SMALLEST_FRAGMENT * areas.sum()
+    if not large.any():
+        raise InvalidMeshError(
+            f"the mesh falls into {len(areas):,} pieces, each below 1 % of the area; "
+            "expected connected surfaces"
+        )
+    return faces[large[labels]], int((~large).sum())

@@ -1,0 +1,85 @@
+"""Which format bytes are in: the content decides, the file's ending only breaks ties."""
+
+import re
+
+from workers.errors import InvalidMeshError, UnsupportedFormatError
+from workers.geometry.formats.off import KEYWORD
+from workers.geometry.formats.stl import is_binary_stl
+from workers.geometry.formats.threemf import is_3mf
+
+LOOKED_AT = 1 << 16  # bytes of text from the beginning
+BYTE_ORDER_MARK = b"\xef\xbb\xbf"
+ENDINGS = {
+    **{"off": "off", "obj": "obj", "ply": "ply", "stl": "stl"},
+    **{"glb": "glb", "gltf": "gltf", "3mf": "3mf"},
+}
+EXPECTED = "expected OFF, OBJ, PLY, STL, GLB, glTF or 3MF"
+OBJ_VERTEX = re.compile(rb"^[ \t]*v[ \t]+[-+.\d]", re.MULTILINE)
+OFF_COUNTS = re.compile(rb"\s*\d+[ \t]+\d+[ \t]+\d+[ \t]*[\r\n]")
+
+
+def detect_format(data: bytes, filename: str = "") -> str:
+    """Format of the bytes: "off", "obj", "ply", "stl", "glb", "gltf" or "3mf".
+
+    Parameters
+    ----------
+    data : bytes
+        The whole file.
+    filename : str
+        Its ending is believed only where the content says nothing.
+
+    Raises
+    ------
+    InvalidMeshError
+        Nothing there.
+    UnsupportedFormatError
+        Content of no known format.
+    """
+    if not data.strip(b"\0 \t\r\n"):
+        raise InvalidMeshError(f"the file is empty ({len(data)} bytes); {EXPECTED}")
+    content = data.removeprefix(BYTE_ORDER_MARK)
+    found = _by_magic(content) or _by_text(content) or _by_ending(content, filename)
+    if found is None:
+        raise UnsupportedFormatError(f"the content is of no known mesh format; {EXPECTED}")
+    return found
+
+
+def _by_magic(data: bytes) -> str | None:
+    """Format by the first bytes or the exact length."""
+    if data.startswith(b"glTF"):
+        return "glb"
+    if data.startswith(b"PK\x03\x04"):
+        if is_3mf(data):
+            return "3mf"
+        raise UnsupportedFormatError("the content is a zip archive without a 3MF model part")
+    if re.match(rb"ply\s", data):
+        return "ply"
+    return "stl" if is_binary_stl(data) else None
+
+
+def _by_text(data: bytes) -> str | None:
+    """Format by what the beginning reads like."""
+    head = data[:LOOKED_AT]
+    if b"\0" in head:
+        return None
+    without_comments = re.sub(rb"#[^\r\n]*", b"", head)
+    if KEYWORD.match(without_comments):
+        return "off"
+    if re.match(rb"\s*solid\b", head, re.IGNORECASE) and re.search(rb"\bfacet\b", head):
+        return "stl"
+    if re.match(rb"\s*\{", head) and b'"asset"' in data:
+        return "gltf"
+    return "obj" if OBJ_VERTEX.search(head.replace(b"\r", b"\n")) else None
+
+
+def _by_ending(data: bytes, filename: str) -> str | None:
+    """Format by the ending, if the content could be of it."""
+    ending = ENDINGS.get(filename.rpartition(".")[2].lower())
+    text = b"\0" not in data[:LOOKED_AT]
+    if ending == "stl":
+        return ending if len(data) >= 84 or re.match(rb"\s*solid\b", data) else None
+    if ending == "off":
+        return ending if text and OFF_COUNTS.match(data) else None
+    if ending == "obj":
+        return ending if text and re.search(rb"^[ \t]*[vf][ \t]", data, re.MULTILINE) else None
+    return None

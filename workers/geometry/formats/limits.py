@@ -1,0 +1,47 @@
+"""How large a mesh may be; checked against declared counts before anything is allocated."""
+
+from dataclasses import dataclass
+
+from workers.errors import InvalidMeshError, UploadTooLargeError
+
+
+@dataclass(frozen=True)
+class MeshLimits:
+    """The largest mesh that is accepted.
+
+    Attributes
+    ----------
+    vertices, faces : int
+        Most vertices (not for STL, which stores three a face) and most triangles.
+    """
+
+    vertices: int = 2_000_000
+    faces: int = 4_000_000
+
+    def check(self, *, vertices: int = 0, faces: int = 0) -> None:
+        """Raise ``UploadTooLargeError`` if one of the counts is over its limit."""
+        for count, limit, noun in (
+            (vertices, self.vertices, "vertices"),
+            (faces, self.faces, "faces"),
+        ):
+            if count < 0:
+                raise InvalidMeshError(f"the file declares {count} {noun}")
+            if count > limit:
+                raise UploadTooLargeError(
+                    f"the mesh has {count:,} {noun}, but at most {limit:,} are accepted"
+                )
+
+
+def check_length(needed: int, available: int, *, vertices: int, faces: int) -> None:
+    """Raise ``InvalidMeshError`` if so many vertices and faces cannot lie in so few bytes.
+
+    Parameters
+    ----------
+    needed, available : int
+        Bytes that the declared counts take at least, and bytes that there are.
+    """
+    if needed > available:
+        raise InvalidMeshError(
+            f"the file declares {vertices:,} vertices and {faces:,} faces, which take at least "
+            f"{needed:,} bytes, but only {available:,} follow: it is truncated or damaged"
+        )

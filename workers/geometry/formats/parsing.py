@@ -1,0 +1,93 @@
+"""Bytes to a mesh: the one entrance for everything that is uploaded."""
+
+import struct
+import zipfile
+import zlib
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+from typing import Literal
+
+from workers.errors import InvalidMeshError, ProteusError
+from workers.geometry.formats.detect import BYTE_ORDER_MARK, detect_format
+from workers.geometry.formats.gltf import read_glb, read_gltf
+from workers.geometry.formats.limits import MeshLimits
+from workers.geometry.formats.obj import read_obj
+from workers.geometry.formats.off import read_off
+from workers.geometry.formats.ply import read_ply
+from workers.geometry.formats.stl import read_stl
+from workers.geometry.formats.threemf import read_3mf
+from workers.geometry.mesh import TriangleMesh
+
+Reader = Callable[[bytes, MeshLimits], TriangleMesh]
+Axis = Literal["y", "z"]
+
+READERS: Mapping[str, Reader] = MappingProxyType(
+    {
+        "off": read_off,
+        "obj": read_obj,
+        "ply": read_ply,
+        "stl": read_stl,
+        "glb": read_glb,
+        "gltf": read_gltf,
+        "3mf": read_3mf,
+    }
+)
+UPRIGHT_Z = ("stl", "3mf")
+DEFAULT_LIMITS = MeshLimits()
+DAMAGED = (
+    *(ValueError, LookupError, TypeError, AttributeError, ArithmeticError, RuntimeError),
+    *(EOFError, MemoryError, struct.error, zipfile.BadZipFile, zlib.error),
+)
+
+
+@dataclass(frozen=True, eq=False)
+class ParsedMesh:
+    """What a file held.
+
+    Attributes
+    ----------
+    mesh : TriangleMesh
+        As in the file, triangulated, not cleaned; indices lie in range.
+    format : str
+        One of the names of `detect_format`.
+    up : "y" or "z"
+        The axis that points up by the format's standard or custom.
+    """
+
+    mesh: TriangleMesh
+    format: str
+    up: Axis
+
+
+def parse(data: bytes, *, filename: str = "", limits: MeshLimits = DEFAULT_LIMITS) -> ParsedMesh:
+    """Mesh of a file in any of the seven formats.
+
+    Parameters
+    ----------
+    data : bytes
+        The whole file.
+    filename : str
+        Its ending decides only where the content does not.
+    limits : MeshLimits
+        Checked against declared counts before anything is allocated.
+
+    Raises
+    ------
+    InvalidMeshError
+        Truncated or damaged, an index out of range, no faces.
+    UnsupportedFormatError
+        Of no known format, or of a variant that is not read.
+    UploadTooLargeError
+        Over the limits.
+    """
+    name = detect_format(data, filename)
+    try:
+        mesh = READERS[name](data.removeprefix(BYTE_ORDER_MARK), limits)
+    except ProteusError:
+        raise
+    except DAMAGED as error:  # whatever damage a reader stumbled over without naming it
+        raise InvalidMeshError(
+            f"the file is damaged and cannot be read as {name.upper()}"
+        ) from error
+    return ParsedMesh(mesh, name, "z" if name in UPRIGHT_Z else "y")

@@ -1,0 +1,185 @@
+"""A view: the named steps, in order, that make a working mesh of a cleaned one."""
+
+import hashlib
+import json
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from types import MappingProxyType
+from typing import Any
+
+from workers.errors import InvalidRequestError
+from workers.geometry.cleaning import without_useless_faces
+from workers.geometry.closing import close_loops
+from workers.geometry.mesh import TriangleMesh
+from workers.geometry.refinement import refine
+from workers.geometry.simplification import simplify
+from workers.geometry.spectrum import SOLVER_VERSION
+
+PREPARATION_VERSION = "1"
+"""Part of every view's key: raised when a step gives another mesh than before."""
+
+MINIMUM_QUOTIENT = 0.1  # SCIENCE.md, section 4: holes are closed, ragged rims of scans are not
+FEWEST_VERTICES = 1000  # a coarser mesh has too few eigenpairs
+
+
+@dataclass(frozen=True)
+class Step:
+    """One step: its name and the numbers it takes."""
+
+    name: str
+    parameters: Mapping[str, float] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        """Check name and parameters, and freeze them."""
+        expected = _PARAMETERS.get(self.name)
+        if expected is None:
+            raise InvalidRequestError(
+                f"there is no preparation step {self.name!r}; expected one of {[*_PARAMETERS]}"
+            )
+        if set(self.parameters) != {expected}:
+            raise InvalidRequestError(
+                f"step {self.name!r} takes {expected!r}, but was given {sorted(self.parameters)}"
+            )
+        value = self.parameters[expected]
+        if isinstance(value, bool) or not isinstance(value, int | float) or not value >= 0:
+            raise InvalidRequestError(
+                f"{expected!r} of step {self.name!r} is {value!r}; expected a number from 0"
+            )
+        frozen = MappingProxyType({expected: float(value)})
+        object.__setattr__(self, "parameters", frozen)
+
+    def __hash__(self) -> int:
+        """Hash of name and parameters."""
+        return hash((self.name, tuple(sorted(self.parameters.items()))))
+
+
+@dataclass(frozen=True)
+class View:
+    """How shapes are prepared before their spectrum is computed; belongs to a model.
+
+    Attributes
+    ----------
+    name : str
+    steps : tuple of Step
+        Run in this order.
+    eigenpairs : int
+        How many are computed of the working mesh.
+    """
+
+    name: str
+    steps: tuple[Step, ...]
+    eigenpairs: int = 100
+
+    @property
+    def key(self) -> str:
+        """Name and digest under which spectra of this view are stored.
+
+        Changes with every step, parameter, and version of the preparation or the solver.
+        """
+        content = {
+            **self.to_json(),
+            "preparation": PREPARATION_VERSION,
+            "solver": SOLVER_VERSION,
+        }
+        text = json.dumps(content, sort_keys=True, separators=(",", ":"))
+        return f"{self.name}-{hashlib.sha256(text.encode()).hexdigest()[:12]}"
+
+    def to_json(self) -> dict[str, Any]:
+        """Plain dict, as it is stored with a model."""
+        return {
+            "name": self.name,
+            "steps": [{"name": s.name, "parameters": dict(s.parameters)} for s in self.steps],
+            "eigenpairs": self.eigenpairs,
+        }
+
+    @classmethod
+    def from_json(cls, content: Mapping[str, Any]) -> "View":
+        """View of what `to_json` gave; ``InvalidRequestError`` for anything else."""
+        try:
+            name, eigenpairs = content["name"], content["eigenpairs"]
+            steps = tuple(Step(step["name"], step["parameters"]) for step in content["steps"])
+        except (KeyError, TypeError) as error:
+            raise InvalidRequestError(f"the view cannot be read: {error!r}") from None
+        if not isinstance(name, str) or not isinstance(eigenpairs, int) or eigenpairs < 1:
+            raise InvalidRequestError("a view has a name and a number of eigenpairs from 1")
+        return cls(name, steps, eigenpairs)
+
+
+@dataclass(frozen=True, eq=False)
+class PreparedMesh:
+    """The working mesh of a view, and what the steps had to say."""
+
+    mesh: TriangleMesh
+    notes: tuple[str, ...]
+
+
+def default_view(*, working_vertices: int = 5000) -> View:
+    """View "closed": compact loops closed, coarse meshes refined, fine ones simplified."""
+    closing = Step("close-loops", {"minimum_quotient": MINIMUM_QUOTIENT})
+    return View("closed", (closing, *_sizing(working_vertices)))
+
+
+def open_view(*, working_vertices: int = 5000) -> View:
+    """View "open": as `default_view`, but the boundary stays as it is."""
+    return View("open", _sizing(working_vertices))
+
+
+def prepare(mesh: TriangleMesh, view: View) -> PreparedMesh:
+    """Working mesh of a cleaned mesh; the mesh itself if no step has anything to do.
+
+    Raises
+    ------
+    SpectrumError
+        A simplification could not be checked.
+    """
+    notes: list[str] = []
+    for step in view.steps:
+        before = mesh
+        mesh, said = _STEPS[step.name](mesh, step.parameters)
+        if mesh is not before:
+            mesh = without_useless_faces(mesh)
+        notes += [f"{step.name}: {sentence}" for sentence in said]
+    return PreparedMesh(mesh, tuple(notes))
+
+
+def _sizing(working_vertices: int) -> tuple[Step, ...]:
+    """Steps that bring a mesh to a size that can be solved."""
+    return (
+        Step("refine", {"vertices": min(FEWEST_VERTICES, working_vertices)}),
+        Step("simplify", {"vertices": working_vertices}),
+    )
+
+
+_Outcome = tuple[TriangleMesh, tuple[str, ...]]
+
+
+def _close(mesh: TriangleMesh, parameters: Mapping[str, float]) -> _Outcome:
+    """Run the step "close-loops"."""
+    closed = close_loops(mesh, minimum_quotient=parameters["minimum_quotient"])
+    added = closed.n_faces - mesh.n_faces
+    return closed, (f"added {added:,} faces",) if added else ()
+
+
+def _refine(mesh: TriangleMesh, parameters: Mapping[str, float]) -> _Outcome:
+    """Run the step "refine"."""
+    refined = refine(mesh, vertices=int(parameters["vertices"]))
+    if refined is mesh:
+        return mesh, ()
+    return refined, (f"{mesh.n_vertices:,} vertices made {refined.n_vertices:,}",)
+
+
+def _simplify(mesh: TriangleMesh, parameters: Mapping[str, float]) -> _Outcome:
+    """Run the step "simplify"."""
+    simplified = simplify(mesh, vertices=int(parameters["vertices"]))
+    if simplified.mesh is mesh:
+        return mesh, simplified.checked
+    sentence = f"{mesh.n_vertices:,} vertices made {simplified.mesh.n_vertices:,}"
+    return simplified.mesh, (*simplified.checked, sentence)
+
+
+_STEPS: Mapping[str, Callable[[TriangleMesh, Mapping[str, float]], _Outcome]] = MappingProxyType(
+    {"close-loops": _close, "refine": _refine, "simplify": _simplify}
+)
+_PARAMETERS: Mapping[str, str] = MappingProxyType(
+    {"close-loops": "minimum_quotient", "refine": "vertices", "simplify": "vertices"}
+)

@@ -1,0 +1,131 @@
+"""Components, boundary and Euler characteristic of a mesh, for any winding and manifold or not."""
+
+import numpy as np
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+
+from workers.geometry.arrays import IntArray
+from workers.geometry.mesh import TriangleMesh
+
+
+def directed_edges(faces: IntArray) -> IntArray:
+    """Edges (3m, 2) of the faces in their winding: all ab, then all bc, then all ca."""
+    return np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])
+
+
+def undirected_edges(mesh: TriangleMesh) -> IntArray:
+    """Every edge once, (e, 2), the smaller index first, sorted."""
+    keys = np.unique(_edge_keys(directed_edges(mesh.faces), mesh.n_vertices))
+    return np.stack(np.divmod(keys, max(mesh.n_vertices, 1)), axis=1)
+
+
+def vertex_components(mesh: TriangleMesh) -> IntArray:
+    """Label (n,) of the component of every vertex; an unreferenced one is a component."""
+    edges = directed_edges(mesh.faces)[: 2 * mesh.n_faces]  # two edges connect a face
+    n = mesh.n_vertices
+    ones = np.ones(len(edges), dtype=np.int8)
+    graph = coo_array((ones, (edges[:, 0], edges[:, 1])), shape=(n, n))
+    _, labels = connected_components(graph.tocsr(), directed=False)
+    return labels.astype(np.int64)
+
+
+def face_components(mesh: TriangleMesh) -> IntArray:
+    """Label (m,) of the component of every face, from 0 without gaps; shared vertices connect."""
+    labels = vertex_components(mesh)[mesh.faces[:, 0]]  # (m,)
+    _, compact = np.unique(labels, return_inverse=True)
+    return compact.astype(np.int64).reshape(-1)
+
+
+def count_components(mesh: TriangleMesh) -> int:
+    """Count the components that have faces."""
+    return len(np.unique(vertex_components(mesh)[mesh.faces[:, 0]]))
+
+
+def boundary_edges(mesh: TriangleMesh) -> IntArray:
+    """Edges (b, 2) that only one face has, in the winding of that face, sorted."""
+    edges = directed_edges(mesh.faces)
+    keys = _edge_keys(edges, mesh.n_vertices)
+    _, first, counts = np.unique(keys, return_index=True, return_counts=True)
+    single: IntArray = edges[first[counts == 1]]
+    return single
+
+
+def euler_characteristic(mesh: TriangleMesh) -> int:
+    """Vertices - edges + faces, without unreferenced vertices: 2 for a sphere, 0 for a torus."""
+    n_edges = len(np.unique(_edge_keys(directed_edges(mesh.faces), mesh.n_vertices)))
+    return len(np.unique(mesh.faces)) - n_edges + mesh.n_faces
+
+
+def boundary_loops(mesh: TriangleMesh) -> list[IntArray]:
+    """Simple cycles of boundary edges, as vertex indices in the winding of their faces.
+
+    Where several loops touch in a vertex they are separated; where faces are wound against
+    each other the loop goes on all the same; boundary that does not come back (at edges of
+    three faces) is left out. Each edge is in one loop at most.
+    """
+    edges = boundary_edges(mesh)
+    order = np.argsort(edges[:, 0], kind="stable")
+    outgoing: dict[int, list[int]] = {}
+    incoming: dict[int, list[int]] = {}
+    pairs = edges[order].tolist()
+    for number, (start, end) in enumerate(pairs):
+        outgoing.setdefault(start, []).append(number)
+        incoming.setdefault(end, []).append(number)
+    walk = _BoundaryWalk(pairs, outgoing, incoming)
+    loops: list[IntArray] = []
+    for start, _ in pairs:
+        loops += walk.loops_from(start)
+    return loops
+
+
+class _BoundaryWalk:
+    """Walks along unused boundary edges and cuts off a loop whenever it meets its own path."""
+
+    def __init__(
+        self,
+        pairs: list[list[int]],
+        outgoing: dict[int, list[int]],
+        incoming: dict[int, list[int]],
+    ) -> None:
+        self._pairs = pairs
+        self._outgoing = outgoing
+        self._incoming = incoming
+        self._used = bytearray(len(pairs))
+
+    def loops_from(self, start: int) -> list[IntArray]:
+        """Loops that a walk from this vertex closes, until it has no edge left to go."""
+        loops = []
+        path = [start]
+        place = {start: 0}
+        while path:
+            step = self._step(path[-1])
+            if step is None:
+                del place[path.pop()]
+            elif step in place:
+                cut = place[step]
+                if len(path) - cut >= 3:
+                    loops.append(np.array(path[cut:], dtype=np.int64))
+                for vertex in path[cut + 1 :]:
+                    del place[vertex]
+                del path[cut + 1 :]
+            else:
+                place[step] = len(path)
+                path.append(step)
+        return loops
+
+    def _step(self, vertex: int) -> int | None:
+        """Other end of an unused edge, with the winding if possible, or None."""
+        for edges, end in ((self._outgoing, 1), (self._incoming, 0)):
+            numbers = edges.get(vertex, [])
+            while numbers:
+                number = numbers.pop()
+                if not self._used[number]:
+                    self._used[number] = 1
+                    return self._pairs[number][end]
+        return None
+
+
+def _edge_keys(edges: IntArray, n_vertices: int) -> IntArray:
+    """One number (e,) an undirected edge."""
+    keys: IntArray = edges.min(axis=1) * n_vertices + edges.max(axis=1)
+    return keys
