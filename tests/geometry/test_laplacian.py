@@ -108,8 +108,9 @@ def test_a_face_without_area_is_named() -> None:
         mesh_laplacian(mesh)
 
 
-def test_a_position_that_is_not_finite_is_refused() -> None:
-    vertices = np.array([[0.0, 0, 0], [1, 0, 0], [0, np.nan, 0]])
+@pytest.mark.parametrize("position", [np.nan, np.inf, 1e200])
+def test_a_position_that_is_not_finite_or_overflows_is_refused(position: float) -> None:
+    vertices = np.array([[0.0, 0, 0], [1, 0, 0], [0, position, 0]])
     with pytest.raises(InvalidMeshError, match="not finite"):
         mesh_laplacian(TriangleMesh(vertices, np.array([[0, 1, 2]])))
 

@@ -59,7 +59,8 @@ def cotangent_laplacian(corners: FloatArray, faces: IntArray, n_vertices: int) -
     InvalidMeshError
         A face has no area, a number is not finite, or a vertex belongs to no face.
     """
-    cotangents, face_areas = _cotangents(corners)  # (m, 3), (m,)
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+        cotangents, face_areas = _cotangents(corners)  # (m, 3), (m,)
     if not np.all(np.isfinite(cotangents)):
         bad = int(np.argmin(np.isfinite(cotangents).all(axis=1)))
         raise InvalidMeshError(f"face {bad} has no area or is not finite; expected a clean mesh")
@@ -103,6 +104,4 @@ def _cotangents(corners: FloatArray) -> tuple[FloatArray, FloatArray]:
         for j in range(i + 1, corners.shape[2]):
             squared += (u[:, i] * v[:, j] - u[:, j] * v[:, i]) ** 2
     double_areas = np.sqrt(squared)  # (m,)
-    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-        cotangents: FloatArray = dots / double_areas[:, None]
-    return cotangents, 0.5 * double_areas
+    return dots / double_areas[:, None], 0.5 * double_areas
