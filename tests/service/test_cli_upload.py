@@ -198,10 +198,11 @@ def test_filters_are_those_of_the_contract() -> None:
         ],
         "must_not": [{"field": "metadata.wild", "equals": True}],
     }
+    assert parse_filters(["strength<3"]) == {"must": [{"field": "strength", "range": {"lt": 3}}]}
     assert parse_filters(["label=17"]) == {"must": [{"field": "label", "equals": "17"}]}
 
 
-@pytest.mark.parametrize("text", ["cat", "name=x", "metadata.=3", "=x", ""])
+@pytest.mark.parametrize("text", ["cat", "colour=x", "metadata.=3", "=x", ""])
 def test_filter_that_is_not_understood_is_refused(text: str) -> None:
     with pytest.raises(CommandError, match="not understood"):
         parse_filters([text])

@@ -129,9 +129,16 @@ class Run:
         return any(event[:2] == [kind, name] for event in self.events())
 
     def pid(self, name: str) -> int:
-        path = self.directory / f"{name}.ready"
-        assert eventually(lambda: path.exists() and path.read_text() != ""), self.output.read_text()
-        return int(path.read_text())
+        """Return what the child wrote once it was ready; before a start it is removed."""
+        found: list[str] = []
+
+        def written() -> bool:
+            with contextlib.suppress(FileNotFoundError):
+                found.append((self.directory / f"{name}.ready").read_text())
+            return bool(found and found[-1])
+
+        assert eventually(written), self.output.read_text()
+        return int(found[-1])
 
     def wait_up(self) -> None:
         assert eventually(lambda: self.has("up")), self.output.read_text()

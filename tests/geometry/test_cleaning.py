@@ -1,0 +1,168 @@
+"""Cleaning repairs what it says it repairs, in any unit, and nothing else."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from numpy.testing import assert_allclose, assert_array_equal
+
+from tests.meshes import (
+    bumpy_sphere,
+    icosphere,
+    octahedron,
+    rectangle,
+    renumbered,
+    scaled,
+    tetrahedron,
+    translated,
+    triangle_soup,
+    union,
+)
+from workers.errors import InvalidMeshError
+from workers.geometry.cleaning import clean, without_useless_faces
+from workers.geometry.mesh import TriangleMesh
+from workers.geometry.topology import count_components, euler_characteristic
+
+
+def with_extra(
+    mesh: TriangleMesh, vertices: list[list[float]], faces: list[list[int]]
+) -> TriangleMesh:
+    return TriangleMesh(
+        np.concatenate([mesh.vertices, np.reshape(vertices, (-1, 3))]),
+        np.concatenate([mesh.faces, np.reshape(faces, (-1, 3))]).astype(np.int64),
+    )
+
+
+def test_a_clean_mesh_is_returned_as_it_is() -> None:
+    mesh = bumpy_sphere(2)
+    cleaned = clean(mesh)
+    assert cleaned.mesh is mesh
+    assert cleaned.repairs == ()
+
+
+def test_a_soup_becomes_the_mesh_it_came_from() -> None:
+    mesh = icosphere(2)
+    cleaned = clean(triangle_soup(mesh))
+    assert cleaned.repairs == (f"merged {3 * 320 - 162:,} duplicate vertices",)
+    assert euler_characteristic(cleaned.mesh) == 2
+    assert_array_equal(cleaned.mesh.vertices[cleaned.mesh.faces], mesh.vertices[mesh.faces])
+
+
+@settings(max_examples=25, deadline=None)
+@given(exponent=st.floats(-30, 30), seed=st.integers(0, 1000))
+def test_vertices_in_nearly_the_same_place_are_merged_in_any_unit(
+    exponent: float, seed: int
+) -> None:
+    rng = np.random.default_rng(seed)
+    soup = triangle_soup(icosphere(1))
+    noisy = TriangleMesh(soup.vertices + 1e-11 * rng.normal(size=soup.vertices.shape), soup.faces)
+    cleaned = clean(scaled(noisy, 10.0**exponent))
+    assert cleaned.mesh.n_vertices == 42
+
+
+def test_vertices_a_millionth_apart_are_not_merged() -> None:
+    mesh = union(octahedron(), translated(octahedron(), (1e-6, 0, 0)))
+    assert clean(mesh).mesh.n_vertices == 12
+
+
+def test_a_far_unreferenced_vertex_does_not_coarsen_the_merging() -> None:
+    cleaned = clean(with_extra(octahedron(), [[1e12, 0, 0]], []))
+    assert cleaned.repairs == ("dropped 1 unreferenced vertex",)
+    assert cleaned.mesh.n_vertices == 6
+
+
+def test_faces_without_area_are_dropped() -> None:
+    bad = with_extra(octahedron(), [[2, 0, 0], [0.5, 0.5, 0.0]], [[0, 0, 2], [0, 1, 6], [0, 2, 7]])
+    cleaned = clean(bad)
+    assert cleaned.repairs == ("dropped 3 zero-area faces",)
+    assert_array_equal(cleaned.mesh.faces, octahedron().faces)
+
+
+def test_a_needle_too_thin_for_its_cotangents_is_dropped_and_a_thicker_one_kept() -> None:
+    for height, n_faces in ((1e-8, 8), (1e-4, 9)):
+        needle = with_extra(octahedron(), [[0.5, 0.5, height]], [[0, 2, 6]])
+        assert clean(needle).mesh.n_faces == n_faces
+
+
+def test_repeated_faces_of_either_winding_are_dropped() -> None:
+    first = octahedron().faces[0]
+    bad = with_extra(
+        octahedron(), [], [first.tolist(), first[::-1].tolist(), np.roll(first, 1).tolist()]
+    )
+    cleaned = clean(bad)
+    assert cleaned.repairs == ("dropped 3 duplicate faces",)
+    assert_array_equal(cleaned.mesh.faces, octahedron().faces)
+
+
+def test_fragments_below_one_per_cent_are_left_out_and_larger_ones_kept() -> None:
+    ball = icosphere(2)
+    for size, n_components in ((0.09, 1), (0.12, 2)):  # areas of 0.8 % and 1.4 %
+        cleaned = clean(union(ball, translated(scaled(ball, size), (5, 0, 0))))
+        assert count_components(cleaned.mesh) == n_components
+        said = ("left out 1 fragment below 1 % of the area",) if n_components == 1 else ()
+        assert cleaned.repairs == said
+
+
+def test_all_repairs_are_said_in_their_order() -> None:
+    soup = triangle_soup(icosphere(1))
+    speck = translated(scaled(tetrahedron(), 0.001), (3, 0, 0))
+    bad = with_extra(union(soup, speck), [[9, 9, 9]], [[0, 0, 1], [0, 1, 2]])
+    assert clean(bad).repairs == (
+        "dropped 1 unreferenced vertex",
+        "merged 198 duplicate vertices",
+        "dropped 1 zero-area face",
+        "dropped 1 duplicate face",
+        "left out 1 fragment below 1 % of the area",
+    )
+
+
+def test_cleaning_twice_changes_nothing() -> None:
+    once = clean(union(triangle_soup(bumpy_sphere(1)), octahedron())).mesh
+    assert clean(once).mesh is once
+
+
+def test_the_numbering_does_not_matter() -> None:
+    mesh = union(triangle_soup(bumpy_sphere(1)), translated(octahedron(), (9, 0, 0)))
+    copy, _ = renumbered(mesh, np.random.default_rng(3))
+    first, second = clean(mesh), clean(copy)
+    assert first.repairs == second.repairs
+    assert_allclose(first.mesh.area, second.mesh.area, rtol=1e-12)
+
+
+def test_the_order_of_vertices_and_faces_is_kept() -> None:
+    mesh = rectangle(3, 3)
+    doubled = with_extra(mesh, [mesh.vertices[0].tolist()], [])
+    faces = doubled.faces.copy()
+    faces[-1][faces[-1] == 0] = len(mesh.vertices)
+    cleaned = clean(TriangleMesh(doubled.vertices, np.concatenate([faces, [[16, 1, 4]]])))
+    assert_array_equal(cleaned.mesh.vertices, mesh.vertices)
+    assert_array_equal(cleaned.mesh.faces, mesh.faces)
+
+
+@pytest.mark.parametrize(
+    ("faces", "message"),
+    [
+        ([[0, 1, 99]], "face 0 refers to vertex 99, but the mesh has 6 vertices"),
+        ([[0, 1, 2], [-1, 1, 2]], "face 1 refers to vertex -1, but the mesh has 6 vertices"),
+        ([], r"the mesh has no faces \(6 points\)"),
+        ([[0, 2, 4]] * 9, "1 face left after cleaning, but a shape needs at least 4"),
+        ([[0, 0, 4]] * 9, "0 faces left after cleaning"),
+    ],
+)
+def test_what_cannot_be_repaired_is_refused(faces: list[list[int]], message: str) -> None:
+    mesh = TriangleMesh(octahedron().vertices, np.reshape(faces, (-1, 3)).astype(np.int64))
+    with pytest.raises(InvalidMeshError, match=message):
+        clean(mesh)
+
+
+def test_a_mesh_in_one_point_is_refused() -> None:
+    with pytest.raises(InvalidMeshError, match="all 6 vertices lie in one point"):
+        clean(TriangleMesh(np.ones((6, 3)), octahedron().faces))
+
+
+def test_useless_faces_of_a_step_are_removed_with_their_vertices() -> None:
+    bad = with_extra(octahedron(), [[0.5, 0.5, 0.0]], [[0, 2, 6], [4, 2, 0]])
+    assert_array_equal(without_useless_faces(bad).faces, octahedron().faces)
+    assert without_useless_faces(bad).n_vertices == 6
+    mesh = octahedron()
+    assert without_useless_faces(mesh) is mesh
