@@ -130,11 +130,10 @@ def test_the_numbering_does_not_matter() -> None:
 
 
 def test_the_order_of_vertices_and_faces_is_kept() -> None:
-    mesh = rectangle(3, 3)
-    doubled = with_extra(mesh, [mesh.vertices[0].tolist()], [])
-    faces = doubled.faces.copy()
-    faces[-1][faces[-1] == 0] = len(mesh.vertices)
-    cleaned = clean(TriangleMesh(doubled.vertices, np.concatenate([faces, [[16, 1, 4]]])))
+    mesh = rectangle(3, 3)  # its first face is 0 1 5
+    doubled = with_extra(mesh, [mesh.vertices[0].tolist()], [[16, 1, 5]])
+    cleaned = clean(doubled)
+    assert cleaned.repairs == ("merged 1 duplicate vertex", "dropped 1 duplicate face")
     assert_array_equal(cleaned.mesh.vertices, mesh.vertices)
     assert_array_equal(cleaned.mesh.faces, mesh.faces)
 

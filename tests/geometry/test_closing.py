@@ -77,7 +77,7 @@ def test_triangles_of_a_cap_are_as_long_as_the_edges_of_the_loop() -> None:
     vertices = np.concatenate([points, inner])
     a, b = vertices[directed_edges(triangles)].transpose(1, 0, 2)
     ratios = np.linalg.norm(b - a, axis=1) / np.linalg.norm(points[1] - points[0])
-    assert 0.5 < ratios.min()
+    assert ratios.min() > 0.5
     assert ratios.max() < 1.6
     assert len(vertices) == pytest.approx(60**2 / (4 * np.pi) * 2 / np.sqrt(3), rel=0.25)
 
@@ -126,7 +126,7 @@ def test_a_lone_triangle_is_not_covered_by_its_double() -> None:
 
 def test_closing_brings_the_spectrum_back() -> None:
     whole = bumpy_sphere(3)
-    holed = without_discs(whole, [10, 200, 555], 0.35)
+    holed = without_discs(whole, whole.vertices.argmax(axis=0).tolist(), 0.35)
     assert len(boundary_loops(holed)) == 3
     truth, closed, left_open = (
         first_eigenvalues(mesh, 8) * mesh.area for mesh in (whole, close_loops(holed), holed)
@@ -139,7 +139,7 @@ def test_closing_brings_the_spectrum_back() -> None:
 
 def test_renumbered_and_rotated_copies_get_the_same_caps() -> None:
     rng = np.random.default_rng(7)
-    holed = without_discs(bumpy_sphere(3), [10, 200, 555], 0.35)
+    holed = without_discs(bumpy_sphere(3), bumpy_sphere(3).vertices.argmax(axis=0).tolist(), 0.35)
     expected = close_loops(holed)
     truth = first_eigenvalues(expected, 12) * expected.area
     for _ in range(3):

@@ -81,8 +81,8 @@ def canonical_frame(mesh: TriangleMesh) -> CanonicalFrame:
     third = np.cross(first, second)
     beside = points @ third  # (n,)
     if np.abs(beside).max() < FLAT:
-        beside = mesh.face_normals.sum(axis=0, keepdims=True) @ third
-        keys = np.zeros(1)
+        of_faces = keys[mesh.faces].sum(axis=1)  # (m,): the two sides of a pillow differ
+        beside, keys = (of_faces @ mesh.face_normals)[None] @ third, np.zeros(1)
     side = 1.0 if beside[_chosen(keys, np.abs(beside))] >= 0 else -1.0
     return CanonicalFrame(origin, np.stack([first, second, side * third]), length)
 
@@ -118,8 +118,10 @@ class _Mixing:
     def __init__(self, points: FloatArray, edges: IntArray) -> None:
         self._edges = edges
         self._lengths = np.linalg.norm(points[edges[:, 0]] - points[edges[:, 1]], axis=1)  # (e,)
-        self._totals = _summed(np.ones(len(points)), edges, self._lengths)
-        self.mean_lengths = self._totals / _summed(np.ones(len(points)), edges)
+        ones = np.ones(len(points))
+        totals = _summed(ones, edges, self._lengths)
+        self._totals = np.where(totals > 0, totals, 1.0)  # unreferenced vertices have no edge
+        self.mean_lengths = totals / np.maximum(_summed(ones, edges), 1.0)
 
     def of(self, keys: FloatArray) -> FloatArray:
         """Keys (n,) plus the mean of the neighbours' squares, weighted by edge length.

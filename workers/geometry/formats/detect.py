@@ -15,6 +15,7 @@ ENDINGS = {
 }
 EXPECTED = "expected OFF, OBJ, PLY, STL, GLB, glTF or 3MF"
 OBJ_VERTEX = re.compile(rb"^[ \t]*v[ \t]+[-+.\d]", re.MULTILINE)
+BINARY_OFF = re.compile(rb"(?:ST)?C?N?4?n?OFF[ \t]+BINARY\b")
 OFF_COUNTS = re.compile(rb"\s*\d+[ \t]+\d+[ \t]+\d+[ \t]*[\r\n]")
 
 
@@ -52,6 +53,8 @@ def _by_magic(data: bytes) -> str | None:
         if is_3mf(data):
             return "3mf"
         raise UnsupportedFormatError("the content is a zip archive without a 3MF model part")
+    if BINARY_OFF.match(data):
+        raise UnsupportedFormatError("binary OFF is not read; expected OFF as text")
     if re.match(rb"ply\s", data):
         return "ply"
     return "stl" if is_binary_stl(data) else None

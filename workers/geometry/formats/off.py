@@ -30,8 +30,6 @@ def read_off(data: bytes, limits: MeshLimits) -> TriangleMesh:
         name = keyword[1].decode("ascii")
         raise InvalidMeshError(f"{name} has more coordinates a vertex; expected 3, as in OFF")
     body = text[keyword.end() :] if keyword else text
-    if body.split(None, 1)[:1] == [b"BINARY"]:
-        raise InvalidMeshError("binary OFF is not read; expected OFF as text")
     lines = [line for line in body.splitlines() if line and not line.isspace()]
     n_vertices, n_faces = _counts(lines[0] if lines else b"")
     limits.check(vertices=n_vertices, faces=n_faces)

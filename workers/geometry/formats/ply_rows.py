@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from workers.errors import InvalidMeshError
 from workers.geometry.arrays import IntArray
 from workers.geometry.formats.ply_header import Element, Property
-from workers.geometry.formats.tokens import Polygons, gather_runs, integral
+from workers.geometry.formats.tokens import Polygons, integral, places_in_runs
 
 
 def binary_rows(
@@ -38,9 +38,12 @@ def binary_list(
         return Polygons(counts, _as_integers(values.ravel())), position + rows.nbytes
     starts, counts, end = _walk(data, position, element, wanted, byte_order)
     size = int(wanted.type[1])
-    every_byte = np.frombuffer(data, dtype=np.uint8).astype(np.int64, copy=False)
-    picked = gather_runs(every_byte, starts, counts * size).astype(np.uint8)
-    return Polygons(counts, _as_integers(picked.view(byte_order + wanted.type))), end
+    begin = np.repeat(starts, counts) + size * places_in_runs(counts)  # (corners,), in bytes
+    every_byte = np.frombuffer(data, dtype=np.uint8)
+    picked = np.empty((len(begin), size), dtype=np.uint8)
+    for i in range(size):
+        picked[:, i] = every_byte[begin + i]
+    return Polygons(counts, _as_integers(picked.ravel().view(byte_order + wanted.type))), end
 
 
 def skip_rows(data: bytes, position: int, element: Element, byte_order: str) -> int:

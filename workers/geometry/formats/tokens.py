@@ -81,12 +81,10 @@ def polygon_lines(lines: Sequence[bytes]) -> Polygons:
     return _ragged_polygons(tokens, lengths)
 
 
-def gather_runs(values: IntArray, starts: IntArray, counts: IntArray) -> IntArray:
-    """``values[starts[i] : starts[i] + counts[i]]`` of all i in a row, (sum of counts,)."""
+def places_in_runs(counts: IntArray) -> IntArray:
+    """0 … counts[0] - 1, 0 … counts[1] - 1, … in a row, (sum of counts,)."""
     before = np.cumsum(counts) - counts  # (p,)
-    inside = np.arange(int(counts.sum())) - np.repeat(before, counts)
-    gathered: IntArray = values[np.repeat(starts, counts) + inside]
-    return gathered
+    return np.arange(int(counts.sum())) - np.repeat(before, counts)
 
 
 def _ragged_polygons(tokens: IntArray | FloatArray, lengths: IntArray) -> Polygons:
@@ -99,8 +97,8 @@ def _ragged_polygons(tokens: IntArray | FloatArray, lengths: IntArray) -> Polygo
         raise InvalidMeshError(
             f"face {face} declares {counts[face]} corners, but {lengths[face] - 1} numbers follow"
         )
-    corners = gather_runs(np.arange(len(tokens)), starts + 1, counts)
-    return Polygons(counts, _as_integers(tokens[corners]))
+    corners = tokens[np.repeat(starts + 1, counts) + places_in_runs(counts)]
+    return Polygons(counts, _as_integers(corners))
 
 
 def _as_integers(values: IntArray | FloatArray) -> IntArray:

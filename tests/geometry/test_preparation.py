@@ -1,0 +1,117 @@
+"""Views: their steps, their keys, and the working meshes they make."""
+
+import re
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+from tests.meshes import box, bumpy_sphere, cylinder, icosphere, renumbered, rotated, scaled
+from workers.errors import InvalidRequestError
+from workers.geometry import preparation
+from workers.geometry.preparation import Step, View, default_view, open_view, prepare
+from workers.geometry.spectrum import first_eigenvalues
+from workers.geometry.topology import boundary_loops
+
+
+def test_the_default_view_closes_refines_and_simplifies() -> None:
+    view = default_view(working_vertices=1500)
+    assert [step.name for step in view.steps] == ["close-loops", "refine", "simplify"]
+    assert len(boundary_loops(prepare(cylinder(20, 10), view).mesh)) == 0
+    assert prepare(box(), view).mesh.n_vertices >= 1000
+    assert prepare(bumpy_sphere(4), view).mesh.n_vertices == pytest.approx(1500, rel=0.02)
+
+
+def test_the_open_view_leaves_the_boundary() -> None:
+    assert len(boundary_loops(prepare(cylinder(40, 30), open_view()).mesh)) == 2
+
+
+def test_steps_say_what_they_did() -> None:
+    prepared = prepare(cylinder(60, 60), default_view(working_vertices=1500))
+    assert len(prepared.notes) == 2
+    assert re.fullmatch(r"close-loops: added [\d,]+ faces", prepared.notes[0])
+    assert re.fullmatch(r"simplify: [\d,]+ vertices made 1,5\d\d", prepared.notes[1])
+
+
+def test_a_mesh_that_needs_nothing_is_returned_as_it_is() -> None:
+    mesh = icosphere(4)
+    prepared = prepare(mesh, default_view())
+    assert prepared.mesh is mesh
+    assert prepared.notes == ()
+
+
+def test_copies_of_an_open_mesh_have_the_same_working_mesh() -> None:
+    rng = np.random.default_rng(8)
+    mesh = cylinder(50, 40)
+    view = default_view(working_vertices=1200)
+    expected = prepare(mesh, view).mesh
+    copy, _ = renumbered(scaled(rotated(mesh, rng), 0.02), rng)
+    found = prepare(copy, view).mesh
+    assert_allclose(
+        first_eigenvalues(found, 20) * found.area,
+        first_eigenvalues(expected, 20) * expected.area,
+        rtol=1e-9,
+    )
+
+
+def test_a_view_goes_through_json() -> None:
+    for view in (default_view(), open_view(working_vertices=77), View("bare", (), 5)):
+        assert View.from_json(view.to_json()) == view
+        assert View.from_json(view.to_json()).key == view.key
+
+
+def test_keys_name_the_view_and_change_with_everything(monkeypatch: pytest.MonkeyPatch) -> None:
+    view = default_view()
+    assert re.fullmatch(r"closed-[0-9a-f]{12}", view.key)
+    keys = {
+        view.key,
+        default_view(working_vertices=4999).key,
+        View("closed", view.steps[::-1]).key,
+        View("closed", view.steps, eigenpairs=99).key,
+        open_view().key,
+    }
+    monkeypatch.setattr(preparation, "PREPARATION_VERSION", "other")
+    keys.add(view.key)
+    monkeypatch.undo()
+    monkeypatch.setattr(preparation, "SOLVER_VERSION", "other")
+    keys.add(view.key)
+    assert len(keys) == 7
+
+
+def test_whole_numbers_and_floats_have_one_key() -> None:
+    one, other = (View("v", (Step("refine", {"vertices": n}),)) for n in (1000, 1000.0))
+    assert one.key == other.key
+    assert hash(one) == hash(other)
+
+
+@pytest.mark.parametrize(
+    ("name", "parameters", "message"),
+    [
+        ("melt", {}, "no preparation step 'melt'; expected one of .'close-loops', 'refine'"),
+        ("refine", {}, "takes 'vertices', but was given"),
+        ("refine", {"vertices": 1, "speed": 2}, "speed"),
+        ("simplify", {"vertices": -1}, "expected a number from 0"),
+        ("simplify", {"vertices": float("nan")}, "expected a number from 0"),
+        ("simplify", {"vertices": "many"}, "expected a number from 0"),
+    ],
+)
+def test_steps_that_make_no_sense_are_refused(
+    name: str, parameters: dict[str, float], message: str
+) -> None:
+    with pytest.raises(InvalidRequestError, match=message):
+        Step(name, parameters)
+
+
+@pytest.mark.parametrize(
+    "content",
+    [
+        {},
+        {"name": "a", "steps": None, "eigenpairs": 5},
+        {"name": "a", "steps": [{"name": "refine"}], "eigenpairs": 5},
+        {"name": "a", "steps": [], "eigenpairs": 0},
+        {"name": 7, "steps": [], "eigenpairs": 5},
+    ],
+)
+def test_views_that_make_no_sense_are_refused(content: dict[str, object]) -> None:
+    with pytest.raises(InvalidRequestError):
+        View.from_json(content)

@@ -1,0 +1,172 @@
+"""The working mesh keeps what makes the shape, and copies of a mesh get the same one."""
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+from tests.meshes import (
+    bent_rectangle,
+    bumpy_sphere,
+    cylinder,
+    icosphere,
+    renumbered,
+    rotated,
+    scaled,
+    subdivided,
+    torus,
+    translated,
+    union,
+)
+from workers.geometry import simplification
+from workers.geometry.arrays import FloatArray
+from workers.geometry.canonical import canonical_frame
+from workers.geometry.cleaning import clean
+from workers.geometry.mesh import TriangleMesh
+from workers.geometry.simplification import simplify
+from workers.geometry.spectrum import first_eigenvalues
+from workers.geometry.topology import boundary_loops, count_components, euler_characteristic
+
+
+def normalised_eigenvalues(mesh: TriangleMesh) -> FloatArray:
+    return first_eigenvalues(mesh, 20) * mesh.area
+
+
+@pytest.mark.parametrize(
+    "mesh",
+    [
+        bumpy_sphere(4),
+        torus(70, 40),
+        bent_rectangle(60, 40),
+        cylinder(60, 40),
+        union(icosphere(4), translated(torus(60, 20), (4, 0, 0))),
+    ],
+    ids=["bumpy", "torus", "bent", "cylinder", "two"],
+)
+def test_what_makes_the_shape_is_kept(mesh: TriangleMesh) -> None:
+    simplified = simplify(mesh, vertices=800)
+    coarse = simplified.mesh
+    assert coarse.n_vertices == pytest.approx(800, rel=0.03)
+    assert simplified.checked == ()
+    assert count_components(coarse) == count_components(mesh)
+    assert euler_characteristic(coarse) == euler_characteristic(mesh)
+    assert len(boundary_loops(coarse)) == len(boundary_loops(mesh))
+    assert coarse.area == pytest.approx(mesh.area, rel=0.02)
+    first = first_eigenvalues(coarse, 10) / first_eigenvalues(mesh, 10)
+    assert_allclose(first, 1.0, atol=0.1)  # what the check lets pass
+    assert clean(coarse).repairs == ()
+
+
+@pytest.mark.parametrize("name", ["bumpy", "sphere", "torus", "cylinder"])
+def test_copies_get_the_same_working_mesh(name: str) -> None:
+    meshes = {
+        "bumpy": bumpy_sphere(4),
+        "sphere": icosphere(4),
+        "torus": torus(60, 40),
+        "cylinder": cylinder(50, 40),
+    }
+    mesh = meshes[name]
+    rng = np.random.default_rng(2)
+    expected = normalised_eigenvalues(simplify(mesh, vertices=1000).mesh)
+    for factor in (0.001, 1.0, 1000.0):
+        copy, _ = renumbered(scaled(rotated(mesh, rng), factor), rng)
+        found = normalised_eigenvalues(simplify(copy, vertices=1000).mesh)
+        assert_allclose(found, expected, rtol=1e-9)
+
+
+@pytest.mark.slow
+def test_copies_of_a_large_mesh_get_the_same_working_mesh() -> None:
+    mesh = bumpy_sphere(5)
+    rng = np.random.default_rng(4)
+    copy, _ = renumbered(scaled(rotated(mesh, rng), 37.0), rng)
+    first, second = (simplify(m, vertices=5000).mesh for m in (mesh, copy))
+    assert_allclose(normalised_eigenvalues(first), normalised_eigenvalues(second), rtol=1e-9)
+
+
+def test_the_working_mesh_lies_where_the_mesh_was() -> None:
+    mesh = translated(scaled(bumpy_sphere(4), 50.0), (1000.0, 2000.0, -500.0))
+    coarse = simplify(mesh, vertices=700).mesh
+    for corner in (np.min, np.max):
+        assert_allclose(corner(coarse.vertices, axis=0), corner(mesh.vertices, axis=0), atol=1.0)
+    volume = np.einsum("ij,ij->", coarse.face_normals, coarse.vertices[coarse.faces[:, 0]] - 1000)
+    assert volume > 0  # still wound outward
+
+
+def test_a_small_mesh_is_returned_as_it_is() -> None:
+    mesh = icosphere(2)
+    assert simplify(mesh, vertices=162).mesh is mesh
+
+
+def dumbbell(n: int = 40) -> TriangleMesh:
+    """Two boxes of surface joined by a thin tube: the first eigenvalue hangs on the tube."""
+    tube = cylinder(n, 4 * n, radius=1.0, height=4.0)
+    z = tube.vertices[:, 2]
+    neck = 1.0 - 0.93 * np.exp(-(((z - 2.0) / 0.5) ** 4))
+    profile = tube.vertices * np.stack([neck, neck, np.ones_like(neck)], axis=1)
+    return TriangleMesh(profile, tube.faces)
+
+
+def test_a_broken_connection_is_found_and_redone_finer(monkeypatch: pytest.MonkeyPatch) -> None:
+    mesh = dumbbell()
+    honest = simplification._decimated
+
+    def cutting(
+        mesh: TriangleMesh, target: int, aggressiveness: float, *, keep_border: bool
+    ) -> TriangleMesh:
+        coarse = honest(mesh, target, aggressiveness, keep_border=keep_border)
+        if target > 1500:
+            return coarse
+        slit = np.abs(coarse.vertices[coarse.faces].mean(axis=1) @ axis - middle) > 0.06
+        return TriangleMesh(coarse.vertices, coarse.faces[slit])
+
+    frame = canonical_frame(mesh)
+    axis = frame.axes @ np.array([0.0, 0.0, 1.0])
+    middle = float(frame.enter(np.array([[0.0, 0.0, 2.0]]))[0] @ axis)
+    monkeypatch.setattr(simplification, "_decimated", cutting)
+    simplified = simplify(mesh, vertices=1000)
+    assert simplified.mesh.n_vertices == pytest.approx(2000, rel=0.05)
+    assert any("components instead of 1" in note for note in simplified.checked)
+
+
+def test_eigenvalues_that_moved_are_found(monkeypatch: pytest.MonkeyPatch) -> None:
+    mesh = dumbbell()
+    honest = simplification._decimated
+
+    def strangling(
+        mesh: TriangleMesh, target: int, aggressiveness: float, *, keep_border: bool
+    ) -> TriangleMesh:
+        coarse = honest(mesh, target, aggressiveness, keep_border=keep_border)
+        if target > 1500:
+            return coarse
+        height = coarse.vertices @ axis - middle
+        across = coarse.vertices - np.outer(coarse.vertices @ axis, axis)
+        thin = np.where(np.abs(height) < 0.05, 0.2, 1.0)[:, None]
+        return TriangleMesh(coarse.vertices + (thin - 1.0) * across, coarse.faces)
+
+    frame = canonical_frame(mesh)
+    axis = frame.axes @ np.array([0.0, 0.0, 1.0])
+    middle = float(frame.enter(np.array([[0.0, 0.0, 2.0]]))[0] @ axis)
+    monkeypatch.setattr(simplification, "_decimated", strangling)
+    simplified = simplify(mesh, vertices=1000)
+    assert simplified.mesh.n_vertices == pytest.approx(2000, rel=0.05)
+    assert any("eigenvalue 1 is" in note for note in simplified.checked)
+
+
+def test_the_original_is_kept_where_nothing_passes(monkeypatch: pytest.MonkeyPatch) -> None:
+    mesh = subdivided(icosphere(3))
+    nothing = TriangleMesh(np.zeros((0, 3)), np.zeros((0, 3), dtype=np.int64))
+    monkeypatch.setattr(simplification, "_decimated", lambda *_, **__: nothing)
+    simplified = simplify(mesh, vertices=1000)
+    assert simplified.mesh is mesh
+    assert simplified.checked[-1] == "kept all 2,562 vertices"
+
+
+def test_a_vertex_of_too_many_faces_is_not_given_to_the_simplifier() -> None:
+    n = 20_001
+    angles = 2 * np.pi * np.arange(n) / n
+    rim = np.stack([np.cos(angles), np.sin(angles), np.zeros(n)], axis=1)
+    around = np.arange(n)
+    faces = np.stack([np.full(n, n), around, (around + 1) % n], axis=1)
+    cone = TriangleMesh(np.concatenate([rim, [[0.0, 0.0, 1.0]]]), faces)
+    simplified = simplify(cone, vertices=1000)
+    assert simplified.mesh is cone
+    assert simplified.checked == ("not simplified: a vertex has too many faces",)
