@@ -1,3 +1,4 @@
+import hashlib
 import json
 import subprocess
 import sys
@@ -217,7 +218,15 @@ def test_pages_stop_at_the_limit(fake: FakeService) -> None:
 def test_help_names_every_command(run: Run) -> None:
     text = run("--help").stdout
     names = "serve worker api migrate demo upload query collections shapes jobs models doctor"
-    assert [name for name in [*names.split(), "creatures"] if f" {name} " not in text] == []
+    assert [name for name in [*names.split(), "creatures", "key"] if f" {name} " not in text] == []
+
+
+def test_key_is_drawn_with_the_entry_that_knows_it(run: Run) -> None:
+    drawn = json.loads(run("key", "laptop", "--scope", "read", "--json").stdout)
+    name, digest, scopes = drawn["setting"].split(":")
+    assert (name, scopes) == ("laptop", "read")
+    assert hashlib.sha256(drawn["key"].encode()).hexdigest() == digest
+    assert run("key", "Not a name!").exit_code == 2
 
 
 def test_command_line_imports_no_numerics() -> None:

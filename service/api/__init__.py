@@ -1,0 +1,1 @@
+"""One router a resource, thin: check, blob, rows, commit, dispatch, answer."""

@@ -1,0 +1,135 @@
+"""Uploads: files become shapes and a job."""
+
+from dataclasses import dataclass
+from typing import Annotated
+
+from fastapi import APIRouter, Depends, Request, Response
+from fastapi.concurrency import run_in_threadpool
+
+from service.api.answers import tell_of_job
+from service.dependencies import CollectionPath, Services, ServicesDep, UploadFolder, Wait
+from service.forms import is_archive, read_fields
+from service.multipart import FormLimits, ReceivedFile, ReceivedForm, receive_form
+from service.openapi import job_answers, multipart_body, problems
+from service.schemas.jobs import answer_job
+from service.schemas.shapes import UploadAnswer, UploadFields, answer_shape
+from service.security import WRITES
+from service.upload_rows import Upload, store_upload
+from service.waiting import hold_on
+from workers.errors import InvalidRequestError
+from workers.pipeline.naming import read_name
+from workers.storage.blobs import archive_key, mesh_key
+from workers.storage.collections import get_collection
+from workers.storage.shapes import NewShape, ShapeView, get_shapes
+
+FORM = {
+    "files": {
+        "type": "array",
+        "items": {"type": "string", "format": "binary"},
+        "description": "meshes (OFF, OBJ, PLY, STL, GLB, glTF, 3MF) and zip archives of meshes",
+    },
+    "label": {"type": "string", "maxLength": 255, "description": "of all of them"},
+    "metadata": {"type": "string", "description": "a JSON object of at most 16 KiB, of all"},
+}
+router = APIRouter(prefix="/v1/collections", tags=["shapes"])
+
+
+@dataclass(frozen=True)
+class Accepted:
+    """What was stored of an upload."""
+
+    job_id: str
+    shape_ids: list[str]
+    n_new: int
+
+
+async def _receive(
+    collection: CollectionPath, services: ServicesDep, folder: UploadFolder, request: Request
+) -> ReceivedForm:
+    """Receive the form, once it is known that its collection exists."""
+    await run_in_threadpool(_require_collection, services, collection)
+    limits = FormLimits(
+        file_fields=frozenset({"files"}),
+        text_fields=frozenset({"label", "metadata"}),
+        max_files=services.settings.max_files,
+        max_file_bytes=services.settings.max_upload_bytes,
+    )
+    return await receive_form(request, folder, limits)
+
+
+@router.post(
+    "/{collection}/shapes",
+    status_code=202,
+    summary="Upload meshes",
+    dependencies=[WRITES],
+    response_model=UploadAnswer,
+    responses=job_answers(ended=(200, 201), accepted=UploadAnswer, result=UploadAnswer)
+    | problems(404, 413, 415, 422),
+    openapi_extra=multipart_body(FORM, required="files"),
+)
+async def upload(
+    collection: CollectionPath,
+    services: ServicesDep,
+    form: Annotated[ReceivedForm, Depends(_receive)],
+    response: Response,
+    wait: Wait = 0,
+) -> UploadAnswer:
+    """Store meshes and have them computed; one that is none fails, and the rest goes on.
+
+    A file named `<label>.<transformation>.<strength>.<ending>` says these three; a folder in the
+    name, or in a zip, is the label; the field `label` wins. The shapes of a zip appear while the
+    job goes on. The same bytes again are the same shape, and nothing is computed twice; work that
+    was cancelled or lost is queued again.
+    """
+    accepted = await run_in_threadpool(_accept, services, collection, form)
+    job = await hold_on(services.database, accepted.job_id, wait)
+    tell_of_job(response, job, ended=201 if accepted.n_new else 200)
+    shapes = await run_in_threadpool(_read_shapes, services, accepted.shape_ids)
+    return UploadAnswer(job=answer_job(job), shapes=[answer_shape(view) for view in shapes])
+
+
+def _accept(services: Services, collection: str, form: ReceivedForm) -> Accepted:
+    """Check, blobs, rows, commit, dispatch."""
+    fields = read_fields(UploadFields, form.fields, as_json=frozenset({"metadata"}))
+    if not form.files:
+        raise InvalidRequestError("the form has no files, expected at least one named 'files'")
+    archives = [file for file in form.files if is_archive(file.path)]
+    meshes = [file for file in form.files if file not in archives]
+    for file in archives:
+        services.blobs.put_file(archive_key(file.sha256), file.path)
+    for file in meshes:
+        services.blobs.put_file(mesh_key(file.sha256), file.path)
+    upload = Upload(
+        shapes=tuple(_new_shape(file, fields) for file in meshes),
+        archives=tuple(dict.fromkeys(file.sha256 for file in archives)),
+        label=fields.label,
+        attributes=fields.metadata or {},
+    )
+    with services.database.begin() as session:
+        stored = store_upload(session, get_collection(session, collection), upload)
+    services.dispatcher.send(stored.parts)
+    return Accepted(stored.job.id, stored.shape_ids, stored.n_new + len(archives))
+
+
+def _new_shape(file: ReceivedFile, fields: UploadFields) -> NewShape:
+    named = read_name(file.name)
+    return NewShape(
+        sha256=file.sha256,
+        n_bytes=file.size,
+        name=named.name,
+        label=named.label if fields.label is None else fields.label,
+        transformation=named.transformation,
+        strength=named.strength,
+        attributes=fields.metadata or {},
+    )
+
+
+def _require_collection(services: Services, collection: str) -> None:
+    with services.database.read() as session:
+        get_collection(session, collection)
+
+
+def _read_shapes(services: Services, shape_ids: list[str]) -> list[ShapeView]:
+    with services.database.read() as session:
+        views = get_shapes(session, shape_ids)
+    return [views[shape_id] for shape_id in shape_ids if shape_id in views]

@@ -1,0 +1,149 @@
+"""The application: ``create_app`` is the entrance of the API's process."""
+
+import os
+
+for _variable in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
+    os.environ.setdefault(_variable, "1")  # before numpy: two threads a process cost 8 to 16 times
+
+import shutil  # noqa: E402
+import time  # noqa: E402
+from collections.abc import AsyncIterator, Callable  # noqa: E402
+from contextlib import AbstractAsyncContextManager, asynccontextmanager  # noqa: E402
+from functools import partial  # noqa: E402
+from importlib.metadata import PackageNotFoundError, version  # noqa: E402
+
+import structlog  # noqa: E402
+from fastapi import FastAPI  # noqa: E402
+from fastapi.concurrency import run_in_threadpool  # noqa: E402
+from sqlalchemy import select  # noqa: E402
+from sqlalchemy.exc import SQLAlchemyError  # noqa: E402
+
+from service.api import (  # noqa: E402
+    collections,
+    health,
+    jobs,
+    models,
+    queries,
+    shapes,
+    surfaces,
+    uploads,
+)
+from service.body_limit import BodyLimit  # noqa: E402
+from service.dependencies import Services, uploads_path  # noqa: E402
+from service.errors import add_error_handlers  # noqa: E402
+from service.metrics import Metrics  # noqa: E402
+from service.openapi import DESCRIPTION, TAGS, install_openapi  # noqa: E402
+from service.readiness import BrokerWatch  # noqa: E402
+from service.request_context import RequestContext  # noqa: E402
+from service.search.indexes import SearchIndexes  # noqa: E402
+from service.security import Gate  # noqa: E402
+from workers.logs import configure_logs  # noqa: E402
+from workers.settings import MEBIBYTE, Settings, load_settings  # noqa: E402
+from workers.storage.blobs import BlobStore  # noqa: E402
+from workers.storage.database import Database  # noqa: E402
+from workers.storage.models import Collection  # noqa: E402
+from workers.tasks.dispatch import Dispatcher  # noqa: E402
+
+log = structlog.get_logger(__name__)
+
+MAX_JSON_BYTES = 4 * MEBIBYTE
+STALE_SECONDS = 24 * 3600
+ROUTERS = (health, collections, uploads, shapes, surfaces, queries, models, jobs)
+Lifespan = Callable[[FastAPI], AbstractAsyncContextManager[None]]
+
+
+def create_app(settings: Settings | None = None) -> FastAPI:
+    """Make the application.
+
+    Parameters
+    ----------
+    settings : Settings, optional
+        Without them they are read from the environment, and logs are set up.
+
+    Raises
+    ------
+    SettingsError
+        A setting, among them keys and rate limit, cannot be read.
+    """
+    if settings is None:
+        settings = load_settings()
+        configure_logs(level=settings.log_level, form=settings.log_format)
+    app = FastAPI(
+        title="Proteus",
+        summary="Search engine for deformable 3D shapes",
+        description=DESCRIPTION,
+        version=_version(),
+        license_info={"name": "Apache-2.0", "identifier": "Apache-2.0"},
+        openapi_tags=TAGS,
+        redoc_url=None,
+        redirect_slashes=False,
+        lifespan=_lifespan(settings),
+    )
+    app.state.gate = Gate(settings)
+    app.state.metrics = Metrics()
+    app.add_middleware(BodyLimit, limit=partial(_body_limit, settings))
+    app.add_middleware(RequestContext, metrics=app.state.metrics)
+    add_error_handlers(app)
+    for module in ROUTERS:
+        app.include_router(module.router)
+    install_openapi(app)
+    return app
+
+
+def _lifespan(settings: Settings) -> Lifespan:
+    @asynccontextmanager
+    async def lifespan(app: FastAPI) -> AsyncIterator[None]:
+        services = _open(settings)
+        app.state.services = services
+        app.state.metrics.watch(services.database, services.indexes)
+        await run_in_threadpool(_tidy, services)
+        yield
+        await run_in_threadpool(_close, services)
+
+    return lifespan
+
+
+def _open(settings: Settings) -> Services:
+    database = Database(settings.resolved_database_url)
+    dispatcher = Dispatcher(settings)
+    return Services(
+        settings=settings,
+        database=database,
+        blobs=BlobStore(settings.resolved_blob_url),
+        dispatcher=dispatcher,
+        indexes=SearchIndexes(database, settings.data_path / "cache"),
+        broker=BrokerWatch(dispatcher.broker_alive),
+    )
+
+
+def _close(services: Services) -> None:
+    services.broker.close()
+    services.indexes.close()
+    services.dispatcher.close()
+    services.database.dispose()
+
+
+def _tidy(services: Services) -> None:
+    """Remove what a crash left behind: old parts of uploads, caches of deleted collections."""
+    for folder in uploads_path(services.settings).glob("*"):
+        if time.time() - folder.lstat().st_mtime > STALE_SECONDS:
+            shutil.rmtree(folder, ignore_errors=True)
+    try:
+        with services.database.read() as session:
+            services.indexes.keep_only(set(session.scalars(select(Collection.id))))
+    except SQLAlchemyError as error:
+        log.warning("the database cannot be read yet", error=str(error)[:300])
+
+
+def _body_limit(settings: Settings, path: str, content_type: str) -> int:
+    """Return the most bytes of a body: uploads are forms, all else is small."""
+    if content_type.lower().startswith("multipart/"):
+        return settings.max_request_bytes
+    return MAX_JSON_BYTES
+
+
+def _version() -> str:
+    try:
+        return version("proteus-shapes")
+    except PackageNotFoundError:
+        return "0"

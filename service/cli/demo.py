@@ -1,0 +1,158 @@
+"""``proteus demo``: the whole way from shapes to ranked answers, in one go."""
+
+import contextlib
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+from rich.markup import escape
+
+from service.cli.connection import KeyOption, local
+from service.cli.console import EXIT_FAILED, Output
+from service.cli.embedded import service_for
+from service.cli.files import find_files
+from service.cli.query import matches_table, query_by_mesh
+from service.cli.serving import DataOption, HostOption, PortOption, WorkersOption, service_settings
+from service.cli.upload import ensure_collection, upload_files
+from service.cli.waiting import PATIENCE_SECONDS, errors_table
+from service.client import DEFAULT_URL, Client, Document
+from workers.settings import Settings
+
+if TYPE_CHECKING:
+    from service.cli.demo_shapes import DemoQuestion
+
+COLLECTION = "demo"
+DESCRIPTION = "Procedural creatures: every species, several individuals and poses."
+MATCHES = 5
+
+
+@dataclass(frozen=True)
+class Answer:
+    """A question of the demo and what came of it.
+
+    Attributes
+    ----------
+    question : DemoQuestion
+        What was asked.
+    path : Path
+        Its mesh file.
+    result : dict
+        The QueryResult.
+    """
+
+    question: "DemoQuestion"
+    path: Path
+    result: Document
+
+    @property
+    def is_right(self) -> bool:
+        """Whether the creature that was deformed came first."""
+        matches = self.result["matches"]
+        own = f"{self.question.source.creature}-"
+        return bool(matches) and str(matches[0]["shape"]["name"]).startswith(own)
+
+    def to_json(self) -> Document:
+        """Return it as a JSON object."""
+        question = self.question
+        told = {"creature": question.source.creature, "deformation": question.deformation}
+        return {**told, "found_first": self.is_right, "result": self.result}
+
+
+@local
+def demo(
+    output: Output,
+    end: Annotated[
+        bool,
+        typer.Option("--exit", help="End after the answers; exit code 1 if one was wrong."),
+    ] = False,
+    data_dir: DataOption = None,
+    host: HostOption = None,
+    port: PortOption = None,
+    workers: WorkersOption = None,
+    key: KeyOption = "",
+) -> None:
+    """See it work: start all, make creatures, upload them, ask with deformed copies.
+
+    Uses the service that runs on the data directory, or starts one, which goes on serving until
+    Ctrl-C. A second demo reuses what the first has made.
+    """
+    settings = service_settings(
+        host=host, port=port, data_dir=data_dir, worker_processes=workers
+    )  # fmt: skip
+    with service_for(settings) as (url, service):
+        with Client(url, key, patience_seconds=PATIENCE_SECONDS) as client:
+            answers = _show(client, output, settings)
+        right = all(answer.is_right for answer in answers)
+        document = {"url": url, "passed": right, "queries": [a.to_json() for a in answers]}
+        output.show(document, _verdict(answers))
+        _tell_next(output, url, settings, example=answers[0].path)
+        if service is not None and not end:
+            output.say("[dim]It goes on serving; Ctrl-C stops it.[/]")
+            service.wait()
+    if not right:
+        raise typer.Exit(EXIT_FAILED)
+
+
+def _show(client: Client, output: Output, settings: Settings) -> list[Answer]:
+    """Make the collection, upload it, ask; return the answers."""
+    from service.cli.demo_shapes import demo_questions, demo_shapes, generator_key, write_files
+
+    directory = settings.data_path / "demo" / generator_key()
+    shapes, questions = demo_shapes(), demo_questions()
+    with output.progress(unit="creatures") as bar:
+        task = bar.add_task("making   ", total=len(shapes) + len(questions))
+        for _ in write_files(directory / "creatures", shapes, by_species=True):
+            bar.advance(task)
+        asked = []
+        for path in write_files(directory / "questions", questions, by_species=False):
+            asked.append(path)
+            bar.advance(task)
+    ensure_collection(client, COLLECTION, description=DESCRIPTION)
+    result = upload_files(client, output, COLLECTION, find_files([directory / "creatures"]))
+    if result.errors and not output.as_json:
+        output.console.print(errors_table(result.errors, title="[red]failed[/]"))
+    return _ask(client, output, questions, asked)
+
+
+def _ask(
+    client: Client, output: Output, questions: "Sequence[DemoQuestion]", paths: Sequence[Path]
+) -> list[Answer]:
+    """Ask one question after the other, showing each ranked answer."""
+    answers = []
+    for question, path in zip(questions, paths, strict=True):
+        options = {"limit": MATCHES}
+        result = query_by_mesh(client, COLLECTION, path.name, path.read_bytes(), options)
+        answers.append(Answer(question, path, result))
+        if not output.as_json:
+            creature, deformation = question.source.creature, question.deformation
+            title = f"\n[bold]{escape(creature)}[/] {escape(deformation)}"
+            output.console.print(matches_table(result, own=f"{creature}-", title=title))
+    return answers
+
+
+def _verdict(answers: Sequence[Answer]) -> str:
+    """Say how many questions were answered rightly, and which were not."""
+    wrong = [answer.question for answer in answers if not answer.is_right]
+    count = f"{len(answers) - len(wrong)} of {len(answers)}"
+    text = f"{count} deformed copies found their own creature first"
+    if not wrong:
+        return f"\n[green]✓[/] {text}"
+    names = ", ".join(f"{question.source.creature} {question.deformation}" for question in wrong)
+    return f"\n[red]✗[/] {text}; not: {escape(names)}"
+
+
+def _tell_next(output: Output, url: str, settings: Settings, *, example: Path) -> None:
+    """Say where everything is and what to try."""
+    if output.as_json:
+        return
+    elsewhere = "" if url == DEFAULT_URL else f" --url {url}"
+    with contextlib.suppress(ValueError):
+        example = example.relative_to(Path.cwd())
+    output.say(
+        f"\n  [bold]API[/]   {escape(url)}\n"
+        f"  [bold]Docs[/]  {escape(url)}/docs\n"
+        f"  [bold]Data[/]  {escape(str(settings.data_path))}\n"
+        f"  [bold]Try[/]   proteus query {escape(str(example))} -c {COLLECTION}{elsewhere}\n"
+    )

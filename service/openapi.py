@@ -1,0 +1,132 @@
+"""The OpenAPI document: what every operation may answer, with examples."""
+
+from http import HTTPStatus
+from typing import Any
+
+from fastapi import FastAPI
+from fastapi.openapi.utils import get_openapi
+from pydantic import BaseModel
+
+from service.errors import PROBLEM_TYPE
+from service.schemas.problems import Problem
+
+ALWAYS = (401, 403, 429, 500, 503)
+Responses = dict[int | str, dict[str, Any]]
+EXAMPLES = {
+    401: ("unauthorized", "a key is needed: Authorization: Bearer proteus_<id>_<secret>"),
+    403: ("forbidden", "this needs the scope 'write', the key 'web' has read"),
+    404: ("collection-not-found", "there is no collection named 'zoo'"),
+    409: ("conflict", "the job has succeeded already, so it cannot be cancelled"),
+    413: ("upload-too-large", "the file 'cat.off' has more than 268435456 bytes"),
+    415: ("unsupported-media-type", "the body is text/plain, expected application/json"),
+    422: ("invalid-request", "limit: input should be less than or equal to 1000, got 5000"),
+    429: ("too-many-requests", "at most 600 per 1 minute are allowed; try again in 7 s"),
+    500: ("internal-error", "something went wrong here; the log has the reason"),
+    503: ("database-unavailable", "the database does not answer; try again in a moment"),
+}
+RETRY_AFTER = {
+    "description": "seconds until it is worth asking again",
+    "schema": {"type": "integer"},
+}
+ETAG = {"description": "what If-None-Match takes", "schema": {"type": "string"}}
+TAGS = [
+    {"name": "collections", "description": "Named sets of shapes, each searched under one model."},
+    {"name": "shapes", "description": "Meshes, what was computed of them, and their uploads."},
+    {"name": "search", "description": "Which shapes are most like a mesh or a stored shape."},
+    {"name": "models", "description": "How shapes are described and compared."},
+    {"name": "jobs", "description": "Long work: progress, errors, cancelling, retrying."},
+    {"name": "service", "description": "Health and figures of the service itself."},
+]
+DESCRIPTION = """
+Finds a 3D shape again after it has changed: another pose, another scale, noise, holes, a
+coarser mesh. Upload meshes into a *collection*; each is cleaned, its Laplace-Beltrami spectrum is
+computed, and a *model* turns the spectrum into a descriptor. Then ask with a mesh or a stored
+shape.
+
+Work that takes longer than a moment answers `202` with a *job*; `?wait=SECONDS` (0 to 60) holds
+on for it, and the answer is `200` or `201` if it ended in time. Uploads are idempotent by
+content: the same bytes in the same collection are the same shape. Errors are
+`application/problem+json` (RFC 9457). Lists are paged by `limit` and `cursor`.
+"""
+
+
+def problems(*statuses: int) -> Responses:
+    """Responses of an operation that may refuse with these statuses, besides the common ones."""
+    return {status: _problem(status) for status in sorted({*statuses, *ALWAYS})}
+
+
+def job_answers(
+    *, ended: int | tuple[int, ...] = 200, accepted: type[BaseModel], result: type[BaseModel]
+) -> Responses:
+    """Responses of an operation that makes a job: 202, or ``ended`` once it has."""
+    statuses = ended if isinstance(ended, tuple) else (ended,)
+    headers = {"Retry-After": RETRY_AFTER}
+    description = "the job goes on; ask for it, or for its events"
+    answers: Responses = {202: {"model": accepted, "description": description, "headers": headers}}
+    for status in statuses:
+        answers[status] = {"model": result, "description": "the job has ended"}
+    return answers
+
+
+def content(*types: str, description: str, etag: bool = True) -> dict[str, Any]:
+    """Response whose body is bytes."""
+    schema = {"type": "string", "format": "binary"}
+    headers = {"ETag": ETAG} if etag else {}
+    return {
+        "description": description,
+        "content": {kind: {"schema": schema} for kind in types},
+        "headers": headers,
+    }
+
+
+def multipart_body(properties: dict[str, Any], *, required: str) -> dict[str, Any]:
+    """Describe a form that the endpoint reads itself."""
+    schema = {"type": "object", "properties": properties, "required": [required]}
+    return {
+        "requestBody": {"required": True, "content": {"multipart/form-data": {"schema": schema}}}
+    }
+
+
+def install_openapi(app: FastAPI) -> None:
+    """Make the document at its first use, with the schema of problems in it."""
+
+    def document() -> dict[str, Any]:
+        if app.openapi_schema is None:
+            made = get_openapi(
+                title=app.title,
+                version=app.version,
+                openapi_version=app.openapi_version,
+                summary=app.summary,
+                description=app.description,
+                routes=app.routes,
+                tags=app.openapi_tags,
+                license_info=app.license_info,
+            )
+            schemas = made["components"]["schemas"]
+            schemas["Problem"] = Problem.model_json_schema()
+            for unused in ("HTTPValidationError", "ValidationError"):
+                schemas.pop(unused, None)
+            app.openapi_schema = made
+        return app.openapi_schema
+
+    app.openapi = document  # type: ignore[method-assign]
+
+
+def _problem(status: int) -> dict[str, Any]:
+    kind, detail = EXAMPLES[status]
+    example = {
+        "type": f"/problems/{kind}",
+        "title": kind.replace("-", " ").capitalize(),
+        "status": status,
+        "detail": detail,
+        "instance": "/v1/collections/zoo",
+        "request_id": "4f0c9b0e7d1a4a52",
+    }
+    schema = {"$ref": "#/components/schemas/Problem"}
+    answer: dict[str, Any] = {
+        "description": HTTPStatus(status).phrase,
+        "content": {PROBLEM_TYPE: {"schema": schema, "example": example}},
+    }
+    if status in {429, 503}:
+        answer["headers"] = {"Retry-After": RETRY_AFTER}
+    return answer

@@ -1,0 +1,89 @@
+"""Bodies of jobs."""
+
+from datetime import datetime
+from typing import Literal
+
+from pydantic import ConfigDict, Field
+from pydantic.config import JsonDict
+
+from service.schemas.pages import time_from, time_or_none
+from service.schemas.text import Answer
+from workers.storage.models import Job
+
+JobKind = Literal["ingest", "query", "train", "describe", "evaluate"]
+JobState = Literal["queued", "running", "succeeded", "failed", "cancelled"]
+COPIED = ("id", "kind", "state", "errors", "attempts", "collection", "model")
+JOB_EXAMPLE: JsonDict = {
+    "id": "0199b1c4-7a11-7d2e-9c3b-5a6b7c8d9e0f",
+    "kind": "ingest",
+    "state": "running",
+    "progress": {"done": 3, "total": 12, "unit": "shapes"},
+    "errors": [
+        {
+            "item": "table.obj",
+            "type": "invalid-mesh",
+            "detail": "face 17 refers to vertex 99, but the mesh has 42 vertices",
+        }
+    ],
+    "attempts": 1,
+    "collection": "zoo",
+    "model": None,
+    "created_at": "2026-03-01T09:30:00Z",
+    "started_at": "2026-03-01T09:30:01Z",
+    "finished_at": None,
+}
+
+
+class Progress(Answer):
+    """How far a job is."""
+
+    done: int
+    total: int
+    unit: str
+
+
+class JobError(Answer):
+    """An item of a job that failed; the rest goes on."""
+
+    item: str
+    type: str
+    detail: str
+
+
+class JobAnswer(Answer):
+    """Long work."""
+
+    model_config = ConfigDict(json_schema_extra={"examples": [JOB_EXAMPLE]})
+
+    id: str
+    kind: JobKind
+    state: JobState
+    progress: Progress
+    errors: list[JobError] = Field(description="the first thousand")
+    attempts: int = Field(description="most often that a part of it was begun")
+    collection: str | None
+    model: str | None
+    created_at: datetime
+    started_at: datetime | None
+    finished_at: datetime | None
+
+
+class JobAccepted(Answer):
+    """The job that was made, or is at work already."""
+
+    model_config = ConfigDict(json_schema_extra={"examples": [{"job": JOB_EXAMPLE}]})
+
+    job: JobAnswer
+
+
+def answer_job(row: Job) -> JobAnswer:
+    """Convert a row."""
+    return JobAnswer.model_validate(
+        {
+            **{name: getattr(row, name) for name in COPIED},
+            "progress": {"done": row.done, "total": row.total, "unit": row.unit},
+            "created_at": time_from(row.created_at),
+            "started_at": time_or_none(row.started_at),
+            "finished_at": time_or_none(row.finished_at),
+        }
+    )

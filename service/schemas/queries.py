@@ -1,0 +1,205 @@
+"""Bodies of questions and their answers."""
+
+from typing import Annotated, Any
+
+from pydantic import ConfigDict, Field, StringConstraints, model_validator
+from pydantic.config import JsonDict
+
+from service.schemas.collections import ModelName
+from service.schemas.jobs import JOB_EXAMPLE, JobAnswer
+from service.schemas.shapes import SHAPE_EXAMPLE, ShapeAnswer
+from service.schemas.text import Answer, Body, Text
+
+FIELD_PATTERN = r"^(label|name|transformation|strength|metadata(\.[^.]{1,100}){1,8})$"
+FILTER_EXAMPLE: JsonDict = {
+    "must": [{"field": "label", "in": ["cat", "dog"]}],
+    "must_not": [{"field": "transformation", "equals": "noise"}],
+    "should": [{"field": "metadata.year", "range": {"gte": 2024}}],
+}
+SIMILARITY = (
+    "in [0, 1]: 2^(-distance/s), where s is the median distance between procedural creatures of "
+    "different species under the same model and dissimilarity, or for a model that was not "
+    "calibrated its own scale. So 1 means an equal descriptor, and 0.5 means as far apart as two "
+    "different kinds of creature usually are. It orders as the distance does; it is no probability."
+)
+Scalar = bool | int | float | Text | None
+
+
+class Range(Body):
+    """Bounds of numbers, or of texts in the order of their code points."""
+
+    gt: float | Text | None = None
+    gte: float | Text | None = None
+    lt: float | Text | None = None
+    lte: float | Text | None = None
+
+    @model_validator(mode="after")
+    def _bounds_are_alike(self) -> "Range":
+        kinds = {
+            isinstance(b, str) for b in (self.gt, self.gte, self.lt, self.lte) if b is not None
+        }
+        if not kinds:
+            raise ValueError("a range needs at least one of gt, gte, lt, lte")
+        if len(kinds) > 1:
+            raise ValueError("the bounds of a range must be all numbers or all texts")
+        return self
+
+
+class Condition(Body):
+    """One test of one field: give exactly one of `equals`, `in` and `range`.
+
+    A list in the metadata passes if one of its items does. A missing field equals null.
+    """
+
+    field: Annotated[Text, StringConstraints(pattern=FIELD_PATTERN)] = Field(
+        description="label, name, transformation, strength, or metadata.KEY, metadata.KEY.KEY …"
+    )
+    equals: Scalar = None
+    one_of: list[Scalar] | None = Field(None, alias="in", min_length=1, max_length=1000)
+    range: Range | None = None
+
+    @model_validator(mode="after")
+    def _one_test(self) -> "Condition":
+        given = self.model_fields_set & {"equals", "one_of", "range"}
+        empty = ("one_of" in given and self.one_of is None) or (
+            "range" in given and self.range is None
+        )
+        if len(given) != 1 or empty:
+            raise ValueError("give exactly one of equals, in and range")
+        return self
+
+
+Conditions = Annotated[list[Condition], Field(max_length=100)]
+
+
+class Filter(Body):
+    """Which shapes are searched: all of `must`, none of `must_not`, one of `should` if any."""
+
+    model_config = ConfigDict(json_schema_extra={"examples": [FILTER_EXAMPLE]})
+
+    must: Conditions = Field(default_factory=list)
+    must_not: Conditions = Field(default_factory=list)
+    should: Conditions = Field(default_factory=list)
+
+    def as_parameters(self) -> dict[str, Any]:
+        """JSON from which the same filter can be made again."""
+        return self.model_dump(by_alias=True, exclude_unset=True)
+
+
+class QueryOptions(Body):
+    """How to search, whatever is asked with."""
+
+    limit: int = Field(10, ge=1, le=1000, description="at most so many matches")
+    model: ModelName | None = Field(
+        None, description="one the collection is described under; its own if left out"
+    )
+    dissimilarity: Annotated[Text, StringConstraints(max_length=40)] | None = Field(
+        None, description="compares all channels by this one instead of each by its own"
+    )
+    max_distance: float | None = Field(None, ge=0, description="leaves out what is farther")
+    filter: Filter | None = None
+    include_self: bool = Field(False, description="whether a stored shape may find itself")
+
+
+class ShapeQuery(QueryOptions):
+    """A question asked with a stored shape, of this collection or another."""
+
+    model_config = ConfigDict(
+        json_schema_extra={
+            "examples": [
+                {"shape_id": SHAPE_EXAMPLE["id"]},
+                {
+                    "shape_id": SHAPE_EXAMPLE["id"],
+                    "limit": 20,
+                    "max_distance": 0.8,
+                    "filter": FILTER_EXAMPLE,
+                },
+            ]
+        }
+    )
+
+    shape_id: Annotated[Text, StringConstraints(min_length=1, max_length=64)]
+
+
+class MeshQueryForm(QueryOptions):
+    """Form fields that may go with a mesh; `filter` is JSON."""
+
+
+class BatchQuery(Body):
+    """Up to a hundred questions, answered in order."""
+
+    model_config = ConfigDict(
+        json_schema_extra={"examples": [{"queries": [{"shape_id": SHAPE_EXAMPLE["id"]}]}]}
+    )
+
+    queries: list[ShapeQuery] = Field(min_length=1, max_length=100)
+
+
+class AskedWith(Answer):
+    """What was asked with: a stored shape, or a mesh by its content."""
+
+    shape_id: str | None = None
+    sha256: str | None = None
+
+
+class Match(Answer):
+    """One shape that was found."""
+
+    rank: int = Field(description="from 1")
+    distance: float = Field(description="of the descriptors; ties are broken by the shape's id")
+    similarity: float = Field(description=SIMILARITY, ge=0, le=1)
+    shape: ShapeAnswer
+
+
+QUERY_RESULT_EXAMPLE: JsonDict = {
+    "collection": "zoo",
+    "model": "heat",
+    "dissimilarity": "l1",
+    "query": {"shape_id": "0199b1c4-6d0e-7c5a-b1f2-3d4e5f6a7b8d"},
+    "matches": [{"rank": 1, "distance": 0.031, "similarity": 0.97, "shape": SHAPE_EXAMPLE}],
+    "searched": 116,
+    "took_ms": 2.4,
+}
+
+
+class QueryResult(Answer):
+    """The shapes most like what was asked with, the nearest first.
+
+    The same question has the same answer, bit for bit, on any replica.
+    """
+
+    model_config = ConfigDict(json_schema_extra={"examples": [QUERY_RESULT_EXAMPLE]})
+
+    collection: str
+    model: str
+    dissimilarity: str = Field(description="what was compared by; several names: one a channel")
+    query: AskedWith
+    matches: list[Match]
+    searched: int = Field(description="shapes that passed the filter and were compared")
+    took_ms: float
+
+
+class BatchResult(Answer):
+    """One result a question, in the order of the questions."""
+
+    model_config = ConfigDict(json_schema_extra={"examples": [{"results": [QUERY_RESULT_EXAMPLE]}]})
+
+    results: list[QueryResult]
+
+
+class QueryAccepted(Answer):
+    """The mesh is being described; `GET /v1/queries/{query_id}` answers once it is."""
+
+    model_config = ConfigDict(
+        json_schema_extra={
+            "examples": [
+                {
+                    "job": {**JOB_EXAMPLE, "kind": "query", "model": "heat", "errors": []},
+                    "query_id": "0199b1c4-8b22-7e3f-ad4c-6b7c8d9e0f1a",
+                }
+            ]
+        }
+    )
+
+    job: JobAnswer
+    query_id: str

@@ -1,0 +1,1 @@
+"""Search: the matrix of one (collection, model), filters, and ranking."""

@@ -1,0 +1,115 @@
+"""Which shapes of a collection a filter lets through.
+
+Conditions are decided here, in Python, so that they mean the same on every database. What the
+database can decide alike (equality of texts and whole numbers in columns) narrows the rows
+that are read.
+"""
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+from sqlalchemy import ColumnElement, select
+from sqlalchemy.orm import Session
+
+from service.schemas.queries import Condition, Filter, Range
+from workers.storage.models import Shape
+
+COLUMNS = ("label", "name", "transformation", "strength")
+Fields = Mapping[str, Any]
+"""A shape's label, name, transformation, strength and metadata."""
+
+
+def matching_shapes(session: Session, collection_id: str, wanted: Filter) -> set[str]:
+    """Ids of the collection's shapes that pass."""
+    conditions = [*wanted.must, *wanted.must_not, *wanted.should]
+    columns = [getattr(Shape, name) for name in COLUMNS]
+    if any(condition.field.startswith("metadata.") for condition in conditions):
+        columns.append(Shape.attributes)
+    statement = select(Shape.id, *columns).where(Shape.collection_id == collection_id)
+    for condition in wanted.must:
+        if (narrowed := _narrowing(condition)) is not None:
+            statement = statement.where(narrowed)
+    rows = session.execute(statement, execution_options={"yield_per": 5000})
+    names = (*COLUMNS, "metadata")
+    return {
+        row[0]
+        for row in rows
+        if passes(wanted, dict(zip(names, row[1:], strict=False)))  # the last may be absent
+    }
+
+
+def passes(wanted: Filter, fields: Fields) -> bool:
+    """Whether a shape with these fields passes."""
+    if not all(holds(condition, fields) for condition in wanted.must):
+        return False
+    if any(holds(condition, fields) for condition in wanted.must_not):
+        return False
+    return not wanted.should or any(holds(condition, fields) for condition in wanted.should)
+
+
+def holds(condition: Condition, fields: Fields) -> bool:
+    """Whether one condition holds; of a list, one item suffices."""
+    value = _look_up(condition.field, fields)
+    values = value if isinstance(value, list) else [value]
+    test = _test(condition)
+    return any(test(item) for item in values)
+
+
+def _look_up(field: str, fields: Fields) -> object:
+    value: Any = fields
+    for key in field.split("."):
+        if not isinstance(value, Mapping) or key not in value:
+            return None
+        value = value[key]
+    return value
+
+
+def _test(condition: Condition) -> Callable[[object], bool]:
+    if condition.range is not None:
+        bounds = condition.range
+        return lambda value: _within(bounds, value)
+    wanted = condition.one_of if condition.one_of is not None else [condition.equals]
+    keys = {_key(value) for value in wanted}
+    return lambda value: not isinstance(value, (dict, list)) and _key(value) in keys
+
+
+def _key(value: object) -> tuple[str, object]:
+    """Make true differ from 1, and 3 equal 3.0."""
+    if isinstance(value, bool):
+        return "truth", value
+    if isinstance(value, int | float):
+        return "number", value
+    return ("text", value) if isinstance(value, str) else ("null", None)
+
+
+def _within(bounds: Range, value: object) -> bool:
+    """Whether a value of the bounds' type lies within them; one of another type does not."""
+    limits = (bounds.gt, bounds.gte, bounds.lt, bounds.lte)
+    of_text = any(isinstance(limit, str) for limit in limits)
+    if isinstance(value, bool) or not isinstance(value, str if of_text else (int, float)):
+        return False
+    number: Any = value
+    return (
+        (bounds.gt is None or number > bounds.gt)
+        and (bounds.gte is None or number >= bounds.gte)
+        and (bounds.lt is None or number < bounds.lt)
+        and (bounds.lte is None or number <= bounds.lte)
+    )
+
+
+def _narrowing(condition: Condition) -> ColumnElement[bool] | None:
+    """SQL that is true wherever the condition holds, None where there is none to be had."""
+    if condition.field not in COLUMNS or condition.range is not None:
+        return None
+    values = condition.one_of if condition.one_of is not None else [condition.equals]
+    column = getattr(Shape, condition.field)
+    if condition.field == "strength":
+        usable = all(_is_small_integer(value) for value in values)
+    else:
+        usable = all(isinstance(value, str) for value in values)
+    narrowed: ColumnElement[bool] | None = column.in_(values) if usable else None
+    return narrowed
+
+
+def _is_small_integer(value: object) -> bool:
+    return isinstance(value, int) and not isinstance(value, bool) and abs(value) < 2**31

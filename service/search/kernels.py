@@ -1,0 +1,91 @@
+"""Kernels as a request names them."""
+
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+import numpy as np
+
+from workers.diffusion.kernels import BiharmonicKernel, CommuteTimeKernel, HeatKernel, Kernel
+from workers.errors import InvalidRequestError
+from workers.geometry.arrays import FloatArray
+from workers.geometry.preparation import View
+from workers.geometry.spectrum import Spectrum
+from workers.retrieval.model import Model
+
+DEFAULT_TIME = 0.15
+NAMES = "heat, heat:TIME, commute-time or biharmonic"
+
+
+@dataclass(frozen=True)
+class RescaledKernel:
+    """A kernel of normalised eigenvalues, as one of eigenvalues in the file's unit.
+
+    Attributes
+    ----------
+    kernel : Kernel
+        K² as a function of factor · λ.
+    factor : float
+        1/λ₁ for the normalisation "first-eigenvalue", the area for "area", else 1.
+    """
+
+    kind: ClassVar[str] = "rescaled"
+    kernel: Kernel
+    factor: float
+
+    def squared_transfer(self, eigenvalues: FloatArray) -> FloatArray:
+        """K²(factor · λ)."""
+        return self.kernel.squared_transfer(self.factor * np.asarray(eigenvalues))
+
+    @property
+    def parameters(self) -> dict[str, Any]:
+        """The kernel's parameters and the factor."""
+        return {**self.kernel.parameters, "factor": self.factor}
+
+
+@dataclass(frozen=True)
+class ChosenKernel:
+    """A kernel and the unit in which it takes eigenvalues."""
+
+    kernel: Kernel
+    normalisation: str
+
+    def in_file_units(self, spectrum: Spectrum) -> Kernel:
+        """Return the kernel as one of this spectrum's own eigenvalues."""
+        factors = {
+            "first-eigenvalue": lambda: 1.0 / float(spectrum.eigenvalues[0]),
+            "area": lambda: float(spectrum.area),
+        }
+        factor = factors.get(self.normalisation, lambda: 1.0)()
+        return RescaledKernel(self.kernel, factor)
+
+
+def choose_kernel(model: Model, name: str | None) -> tuple[View, ChosenKernel]:
+    """Return the kernel that a request names, or else the model's first; commute time without any.
+
+    Raises
+    ------
+    InvalidRequestError
+        The name is none of a built-in kernel, or its time is no number above 0.
+    """
+    if name is None:
+        views = {view.name: view for view in model.views}
+        for channel in model.channels:
+            if channel.kernel is not None:
+                return views[channel.view], ChosenKernel(channel.kernel, channel.normalisation)
+    kind, _, parameter = (name or CommuteTimeKernel.kind).partition(":")
+    if kind == HeatKernel.kind:
+        time = HeatKernel(_time(parameter) if parameter else DEFAULT_TIME)
+        return model.views[0], ChosenKernel(time, "first-eigenvalue")
+    plain: dict[str, Kernel] = {k.kind: k for k in (CommuteTimeKernel(), BiharmonicKernel())}
+    if kind not in plain or parameter:
+        raise InvalidRequestError(f"there is no kernel {name!r}, expected {NAMES}")
+    return model.views[0], ChosenKernel(plain[kind], "none")
+
+
+def _time(text: str) -> float:
+    try:
+        return float(text)
+    except ValueError:
+        raise InvalidRequestError(
+            f"the heat kernel's time is {text!r}, expected a number"
+        ) from None

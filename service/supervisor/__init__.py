@@ -1,0 +1,1 @@
+"""One program out of several processes: broker, migration, worker and API under one parent."""

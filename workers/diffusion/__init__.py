@@ -1,0 +1,1 @@
+"""Diffusion geometry: kernels, distances and their distributions; needs only a spectrum."""

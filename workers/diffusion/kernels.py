@@ -1,0 +1,225 @@
+"""Kernels, each given by its squared transfer function K²(λ) alone.
+
+The paper writes k with K in eq. (2) and with K² from section 3 on; here it is K² everywhere.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, ClassVar, Protocol, runtime_checkable
+
+import numpy as np
+
+from workers.errors import InvalidRequestError, KernelDomainError
+from workers.geometry.arrays import FloatArray, read_only
+
+
+@runtime_checkable
+class Kernel(Protocol):
+    """A diffusion kernel k(x,y) = Σ K²(λ) φ(x) φ(y)."""
+
+    kind: ClassVar[str]
+
+    def squared_transfer(self, eigenvalues: FloatArray) -> FloatArray:
+        """K²(λ) of every eigenvalue, same shape; `evaluate` checks what comes out."""
+        ...
+
+    @property
+    def parameters(self) -> dict[str, Any]:
+        """What the kernel is made of, as JSON."""
+        ...
+
+
+@dataclass(frozen=True)
+class HeatKernel:
+    """K²(λ) = exp(-2tλ), section 2.2: K is the heat operator's own transfer function.
+
+    Attributes
+    ----------
+    time : float
+        t > 0, in the inverse unit of λ: area for a raw spectrum, 1/λ₁ under the normalisation
+        "first-eigenvalue".
+    """
+
+    kind: ClassVar[str] = "heat"
+    time: float
+
+    def __post_init__(self) -> None:
+        """Check the time."""
+        if not (np.isfinite(self.time) and self.time > 0.0):
+            raise InvalidRequestError(f"heat time is {self.time}, expected a finite number > 0")
+
+    def squared_transfer(self, eigenvalues: FloatArray) -> FloatArray:
+        """exp(-2tλ)."""
+        squared: FloatArray = np.exp(-2.0 * self.time * eigenvalues)
+        return squared
+
+    @property
+    def parameters(self) -> dict[str, Any]:
+        """The time."""
+        return {"time": self.time}
+
+
+@dataclass(frozen=True)
+class CommuteTimeKernel:
+    """K²(λ) = 1/λ, eq. (5): the one kernel whose distances do not see scale."""
+
+    kind: ClassVar[str] = "commute-time"
+
+    def squared_transfer(self, eigenvalues: FloatArray) -> FloatArray:
+        """1/λ."""
+        return _inverse(eigenvalues)
+
+    @property
+    def parameters(self) -> dict[str, Any]:
+        """None."""
+        return {}
+
+
+@dataclass(frozen=True)
+class BiharmonicKernel:
+    """K²(λ) = 1/λ² (Lipman, Rustamov, Funkhouser 2010); its distances are lengths."""
+
+    kind: ClassVar[str] = "biharmonic"
+
+    def squared_transfer(self, eigenvalues: FloatArray) -> FloatArray:
+        """1/λ²."""
+        return _inverse(eigenvalues) ** 2
+
+    @property
+    def parameters(self) -> dict[str, Any]:
+        """None."""
+        return {}
+
+
+@dataclass(frozen=True, eq=False)
+class TabulatedKernel:
+    """K² given at some eigenvalues and linear in log λ between them.
+
+    Attributes
+    ----------
+    eigenvalues : (r,) float64
+        Positive and ascending, r >= 2.
+    values : (r,) float64
+        K² there, finite and not negative.
+    """
+
+    kind: ClassVar[str] = "tabulated"
+    eigenvalues: FloatArray
+    values: FloatArray
+
+    def __post_init__(self) -> None:
+        """Freeze and check the table."""
+        for name in ("eigenvalues", "values"):
+            object.__setattr__(self, name, read_only(np.ravel(getattr(self, name)), np.float64))
+        r = len(self.eigenvalues)
+        if r < 2 or len(self.values) != r:
+            raise InvalidRequestError(
+                f"a tabulated kernel has {r} eigenvalues and {len(self.values)} values, "
+                "expected as many of both and at least 2"
+            )
+        ascending = self.eigenvalues[0] > 0 and np.all(np.diff(self.eigenvalues) > 0)
+        if not (ascending and np.isfinite(self.eigenvalues[-1])):
+            raise InvalidRequestError("eigenvalues of a tabulated kernel must be > 0 and ascend")
+        _check_squared_transfer(self.eigenvalues, self.values)
+
+    def squared_transfer(self, eigenvalues: FloatArray) -> FloatArray:
+        """Interpolate, NaN outside the table; never extrapolated."""
+        inside = eigenvalues > 0
+        places = np.log(np.where(inside, eigenvalues, 1.0))
+        logs = np.log(self.eigenvalues)
+        # a bound that was rounded in the last place is still inside
+        slack = 1e-12 * np.maximum(1.0, np.abs(logs[[0, -1]]))
+        inside &= (places >= logs[0] - slack[0]) & (places <= logs[-1] + slack[1])
+        squared: FloatArray = np.where(inside, np.interp(places, logs, self.values), np.nan)
+        return squared
+
+    @property
+    def parameters(self) -> dict[str, Any]:
+        """The table."""
+        return {
+            "eigenvalues": self.eigenvalues.tolist(),
+            "squared_transfer": self.values.tolist(),
+        }
+
+
+def evaluate(kernel: Kernel, eigenvalues: FloatArray) -> FloatArray:
+    """K²(λ), checked: every user of a kernel goes through here.
+
+    Parameters
+    ----------
+    kernel : Kernel
+    eigenvalues : (k,) float64
+        Nonzero eigenvalues, in the unit that the kernel was made for.
+
+    Returns
+    -------
+    (k,) float64, finite, no entry below 0.
+
+    Raises
+    ------
+    KernelDomainError
+        K² is not finite, or negative, at one of the eigenvalues.
+    """
+    squared = np.asarray(kernel.squared_transfer(eigenvalues), dtype=np.float64)  # (k,)
+    if isinstance(kernel, TabulatedKernel) and np.isnan(squared).any():
+        first = eigenvalues[np.isnan(squared)][0]
+        raise KernelDomainError(
+            f"the kernel is tabulated for eigenvalues from {kernel.eigenvalues[0]:g} to "
+            f"{kernel.eigenvalues[-1]:g}, but the spectrum has {first:g}"
+        )
+    _check_squared_transfer(eigenvalues, squared)
+    return squared
+
+
+def kernel_to_json(kernel: Kernel) -> dict[str, Any]:
+    """``{"kind": ..., "parameters": {...}}``; `kernel_from_json` reads it."""
+    return {"kind": kernel.kind, "parameters": kernel.parameters}
+
+
+def kernel_from_json(value: Mapping[str, Any]) -> Kernel:
+    """Return the kernel that `kernel_to_json` wrote.
+
+    Raises
+    ------
+    InvalidRequestError
+        The kind is unknown, or its parameters are not what it needs.
+    """
+    kind, parameters = value.get("kind"), value.get("parameters", {})
+    try:
+        match kind:
+            case HeatKernel.kind:
+                return HeatKernel(float(parameters["time"]))
+            case CommuteTimeKernel.kind:
+                return CommuteTimeKernel()
+            case BiharmonicKernel.kind:
+                return BiharmonicKernel()
+            case TabulatedKernel.kind:
+                return TabulatedKernel(
+                    np.asarray(parameters["eigenvalues"], dtype=np.float64),
+                    np.asarray(parameters["squared_transfer"], dtype=np.float64),
+                )
+    except (KeyError, TypeError, ValueError) as error:
+        raise InvalidRequestError(
+            f"parameters of the kernel {kind!r} are not usable: {parameters!r}"
+        ) from error
+    raise InvalidRequestError(
+        f"there is no kernel {kind!r}; there are heat, commute-time, biharmonic and tabulated"
+    )
+
+
+def _inverse(eigenvalues: FloatArray) -> FloatArray:
+    """1/λ, infinite at 0 without a warning."""
+    with np.errstate(divide="ignore", over="ignore"):
+        inverse: FloatArray = 1.0 / np.asarray(eigenvalues, dtype=np.float64)
+    return inverse
+
+
+def _check_squared_transfer(eigenvalues: FloatArray, squared: FloatArray) -> None:
+    """Raise KernelDomainError at the first value that is no K²."""
+    wrong = np.flatnonzero(~(np.isfinite(squared) & (squared >= 0.0)))
+    if len(wrong):
+        i = wrong[0]
+        raise KernelDomainError(
+            f"K² is {squared[i]:g} at the eigenvalue {eigenvalues[i]:g}, "
+            "expected a finite number that is not negative"
+        )

@@ -1,0 +1,10 @@
+"""Creatures: deformable shapes of our own, for the demo, the tests and for training.
+
+A species is written down as a skeleton with flesh on it (`species`), which becomes one smooth
+closed surface (`implicit`, `relaxation`) that follows its bones (`skinning`); `individual`
+puts this together.
+"""
+
+from workers.geometry.creatures.individual import SPECIES, Creature, make_creature
+
+__all__ = ["SPECIES", "Creature", "make_creature"]

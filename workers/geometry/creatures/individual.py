@@ -1,0 +1,124 @@
+"""One individual of a species: its surface, its skin weights, and its poses."""
+
+import hashlib
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from workers.errors import InvalidRequestError
+from workers.geometry.arrays import FloatArray, read_only
+from workers.geometry.creatures.clearance import Clearance
+from workers.geometry.creatures.implicit import evaluate, extract_surface, thickened
+from workers.geometry.creatures.relaxation import relax
+from workers.geometry.creatures.skeleton import Skeleton
+from workers.geometry.creatures.skinning import blend, bone_motions, skin_weights
+from workers.geometry.creatures.species import BUILDERS
+from workers.geometry.mesh import TriangleMesh
+
+SPECIES: tuple[str, ...] = tuple(BUILDERS)
+
+_FEWEST, _MOST = 2_000, 20_000
+_ATTEMPTS = 10  # to bring limbs apart that run into each other,
+_CALMER = 0.65  # each time by this factor on the angles that are to blame
+
+
+@dataclass(frozen=True, eq=False)
+class Creature:
+    """A deformable shape of its own: all its poses share faces and vertex order.
+
+    Attributes
+    ----------
+    species : str
+    seed : int
+        Of the individual.
+    rest : TriangleMesh
+        One closed surface in rest pose, wound outwards; +y is up.
+    skeleton : Skeleton
+    weights : (n, b) float64
+        Share of each bone in the motion of each vertex.
+    """
+
+    species: str
+    seed: int
+    rest: TriangleMesh
+    skeleton: Skeleton
+    weights: FloatArray
+
+    def __post_init__(self) -> None:
+        """Freeze the weights."""
+        object.__setattr__(self, "weights", read_only(self.weights, np.float64))
+
+    def posed(self, seed: int, *, strength: float = 1.0) -> TriangleMesh:
+        """A pose: every motion of the species at a random angle within its range.
+
+        Parameters
+        ----------
+        seed : int
+            At least 0; the same seed gives the same bytes.
+        strength : float
+            Factor on all angles; 0 is the rest pose. Poses in which limbs would run into each
+            other are calmed down.
+
+        Raises
+        ------
+        InvalidRequestError
+            The seed is negative, or the strength negative or not finite.
+        """
+        if not (math.isfinite(strength) and strength >= 0.0):
+            raise InvalidRequestError(f"strength is {strength}, at least 0 is expected")
+        rng = _generator("pose", self.species, self.seed, seed)
+        motions = self.skeleton.motions
+        low = np.array([motion.low for motion in motions])
+        high = np.array([motion.high for motion in motions])
+        angles = strength * rng.uniform(low, high)
+        clearance = Clearance(self.skeleton)
+        for _ in range(_ATTEMPTS):
+            moved = bone_motions(self.skeleton, angles)
+            guilty = clearance.offenders(moved)  # (b,)
+            if not guilty.any():
+                break
+            calm = [_CALMER if guilty[motion.bones].any() else 1.0 for motion in motions]
+            angles = angles * np.array(calm)
+        return TriangleMesh(blend(self.rest.vertices, self.weights, moved), self.rest.faces)
+
+
+def make_creature(species: str, *, seed: int, vertices: int = 4000) -> Creature:
+    """An individual of a species; the same arguments give the same bytes.
+
+    Parameters
+    ----------
+    species : str
+        One of `SPECIES`.
+    seed : int
+        At least 0; decides on the proportions, which vary continuously within the species.
+    vertices : int
+        About how many vertices the surface has, 2,000 to 20,000.
+
+    Raises
+    ------
+    InvalidRequestError
+        The species is unknown, or the seed or the number of vertices out of range.
+    """
+    if species not in BUILDERS:
+        raise InvalidRequestError(
+            f"the species {species!r} is unknown, expected one of {', '.join(SPECIES)}"
+        )
+    if not _FEWEST <= vertices <= _MOST:
+        raise InvalidRequestError(
+            f"{vertices} vertices were asked for, {_FEWEST} to {_MOST} are expected"
+        )
+    skeleton = BUILDERS[species](_generator("individual", species, seed))
+    points, faces, spacing = extract_surface(skeleton.parts, vertices)
+    parts = thickened(skeleton.parts, spacing)
+    points = relax(points, faces, lambda places: evaluate(parts, places), spacing)
+    weights = skin_weights(skeleton, parts, points, faces)
+    return Creature(species, seed, TriangleMesh(points, faces), skeleton, weights)
+
+
+def _generator(purpose: str, species: str, *seeds: int) -> np.random.Generator:
+    """A stream of random numbers of its own for every purpose, species and seed."""
+    if min(seeds) < 0:
+        raise InvalidRequestError(f"the seed is {min(seeds)}, at least 0 is expected")
+    name = hashlib.sha256(f"{purpose}/{species}".encode()).digest()[:8]
+    return np.random.default_rng([int.from_bytes(name, "little"), *seeds])

@@ -1,0 +1,76 @@
+"""Better triangles for a level set: vertices slide along the surface towards their neighbours."""
+
+from collections.abc import Callable
+
+import numpy as np
+from scipy.sparse import coo_array, csr_array
+
+from workers.geometry.arrays import FloatArray, IntArray
+from workers.geometry.mesh import TriangleMesh
+
+Field = Callable[[FloatArray], FloatArray]
+
+_ROUNDS = 2
+_STEPS = 6  # of sliding a round
+
+
+def relax(points: FloatArray, faces: IntArray, field: Field, spacing: float) -> FloatArray:
+    """Vertices (n, 3) slid to the mean of their neighbours and put back onto the surface.
+
+    Parameters
+    ----------
+    points : (n, 3)
+    faces : (m, 3)
+        Of a closed surface, wound outwards.
+    field : function (n, 3) → (n,)
+        About the distance from the surface, negative inside.
+    spacing : float
+        Grid spacing, the length of an edge; no vertex goes back by more than half of it.
+    """
+    average = neighbour_average(faces, len(points))
+    for _ in range(_ROUNDS):
+        for _ in range(_STEPS):
+            shift = average @ points - points
+            normals = vertex_normals(points, faces)
+            shift -= (shift * normals).sum(axis=1, keepdims=True) * normals
+            points = points + 0.6 * shift
+        points = _projected(points, field, spacing)
+    return points
+
+
+def neighbour_average(faces: IntArray, n_vertices: int) -> csr_array:
+    """Matrix (n, n) whose rows average over a vertex's neighbours."""
+    rows = faces[:, [0, 1, 2]].ravel()
+    columns = faces[:, [1, 2, 0]].ravel()  # each edge of a closed surface once in each direction
+    matrix = coo_array((np.ones(len(rows)), (rows, columns)), shape=(n_vertices, n_vertices))
+    averages = matrix.tocsr()
+    averages.data = averages.data / np.repeat(averages.sum(axis=1), np.diff(averages.indptr))
+    return averages
+
+
+def vertex_normals(points: FloatArray, faces: IntArray) -> FloatArray:
+    """Unit normals (n, 3), weighted by the areas around."""
+    normals = TriangleMesh(points, faces).face_normals  # (m, 3)
+    sums = [
+        np.bincount(faces.ravel(), np.repeat(normals[:, axis], 3), minlength=len(points))
+        for axis in range(3)
+    ]
+    total = np.stack(sums, axis=1)
+    unit: FloatArray = total / np.maximum(np.linalg.norm(total, axis=1, keepdims=True), 1e-300)
+    return unit
+
+
+def _projected(points: FloatArray, field: Field, spacing: float) -> FloatArray:
+    """One Newton step towards the level 0, at most half a spacing long."""
+    step = 1e-3 * spacing
+    value = field(points)
+    slopes = [
+        (field(points + step * axis) - field(points - step * axis)) / (2 * step)
+        for axis in np.eye(3)
+    ]
+    gradient = np.stack(slopes, axis=1)  # (n, 3)
+    steepness = np.maximum((gradient**2).sum(axis=1), 0.05)
+    move = -(value / steepness)[:, None] * gradient
+    length = np.linalg.norm(move, axis=1, keepdims=True)
+    moved: FloatArray = points + move * np.minimum(1.0, 0.5 * spacing / np.maximum(length, 1e-300))
+    return moved

@@ -1,0 +1,1 @@
+"""Retrieval: channels, models, dissimilarities, ranking and its measures; arrays in and out."""

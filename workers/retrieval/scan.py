@@ -1,0 +1,127 @@
+"""The exact scan: distances of one query to all rows, their order, and what they mean."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from workers.errors import InvalidRequestError
+from workers.geometry.arrays import Float32Array, FloatArray, IntArray
+from workers.retrieval.calibration import typical_distance
+from workers.retrieval.dissimilarity import Dissimilarity, find_dissimilarity
+from workers.retrieval.fusion import fuse
+from workers.retrieval.model import Model
+
+CHUNK_BYTES = 1 << 20
+"""Bytes of the matrix that all channels pass over before the next ones are read."""
+
+
+def distances(
+    query: Float32Array | FloatArray,
+    matrix: NDArray[Any],
+    model: Model,
+    *,
+    dissimilarity: str | None = None,
+) -> FloatArray:
+    """Distances Σ weight · (D / scale)^power of a query to every row, exactly.
+
+    A row's distance is the same, bit for bit, whatever other rows stand around it and in whatever
+    order; memory beside the result stays at some megabytes for a matrix of any length.
+
+    Parameters
+    ----------
+    query : (d,) float32
+        Descriptor; first argument of dissimilarities that are not symmetric.
+    matrix : (n, d) float32
+        Descriptors, in any memory order, may be memory-mapped.
+    model : Model
+        Under which both were described.
+    dissimilarity : str, optional
+        For every channel, instead of its own.
+
+    Returns
+    -------
+    (n,) float64, not negative, 0 for a row equal to the query.
+
+    Raises
+    ------
+    InvalidRequestError
+        The dissimilarity is unknown or does not apply to a channel, or a size is wrong.
+    """
+    if query.shape != (model.dimension,) or matrix.shape[1:] != (model.dimension,):
+        raise InvalidRequestError(
+            f"query of shape {query.shape} and matrix of shape {matrix.shape} do not fit model "
+            f"{model.name!r}, whose descriptors have {model.dimension} numbers"
+        )
+    plan = [
+        (_comparison(model, i, dissimilarity), part, model.channels[i].widths)
+        for i, part in enumerate(model.slices.values())
+    ]
+    vector = np.asarray(query, dtype=np.float64)  # (d,)
+    n, rows = len(matrix), max(1, CHUNK_BYTES // (4 * model.dimension))
+    result = np.empty(n)
+    for start in range(0, n, rows):
+        block = matrix[start : start + rows]  # (c, d)
+        parts = [compare(vector[part], block[:, part], widths) for compare, part, widths in plan]
+        result[start : start + rows] = fuse(parts, model.channels, power=model.fusion_power)
+    return result
+
+
+def rank(distances: FloatArray, ids: Sequence[str], limit: int) -> IntArray:
+    """Indices of the ``limit`` nearest rows, ordered by distance and, where equal, by id.
+
+    Parameters
+    ----------
+    distances : (n,) float64
+    ids : sequence of n str
+    limit : int
+        At least 0; all rows are ordered if there are fewer.
+
+    Returns
+    -------
+    (min(limit, n),) int64
+    """
+    n = len(distances)
+    limit = min(limit, n)
+    if limit <= 0:
+        return np.empty(0, dtype=np.int64)
+    candidates = np.arange(n)
+    if limit < n:
+        worst = np.partition(distances, limit - 1)[limit - 1]
+        candidates = np.flatnonzero(distances <= worst)  # more than limit where there are ties
+    ordered = sorted(candidates.tolist(), key=lambda i: (distances[i], ids[i]))
+    return np.array(ordered[:limit], dtype=np.int64)
+
+
+def similarity(
+    distances: FloatArray, model: Model, *, dissimilarity: str | None = None
+) -> FloatArray:
+    """Similarity 2^(-d/s) in [0, 1], of distances under a model.
+
+    s is the median distance between creatures of different species under this model and
+    dissimilarity (`calibration`), or for a model that was not calibrated its own scale: so 1 is
+    "equal", and 0.5 is "as far apart as two different kinds of creature usually are".
+
+    Parameters
+    ----------
+    distances : (n,) float64
+        What `distances` gave.
+    model : Model
+    dissimilarity : str, optional
+        The one that `distances` was asked for with.
+
+    Returns
+    -------
+    (n,) float64
+    """
+    scale = typical_distance(model, dissimilarity)
+    similar: FloatArray = np.exp2(-np.asarray(distances, dtype=np.float64) / scale)
+    return similar
+
+
+def _comparison(model: Model, number: int, dissimilarity: str | None) -> Dissimilarity:
+    """Return the function that compares a channel."""
+    channel = model.channels[number]
+    name = dissimilarity or channel.dissimilarity
+    return find_dissimilarity(name, distribution=channel.is_distribution)
