@@ -86,13 +86,13 @@ def measure(
 
 def show(console: Console, results: dict[str, dict[str, dict[str, float]]]) -> None:
     """Print nearest neighbour, first tier and mean average precision by class and model."""
-    table = Table(title="leave one out, per cent: nearest neighbour / first tier / mAP")
+    table = Table(title="leave one out, per cent")
     table.add_column("class")
     for model in results:
-        table.add_column(model, justify="right")
+        table.add_column(f"{model}\n   NN    FT   mAP", justify="right", no_wrap=True)
     for name in next(iter(results.values())):
-        cells = [" / ".join(f"{rows[name][m]:5.1f}" for m in MEASURES) for rows in results.values()]
-        table.add_row(name, *cells, end_section=name == "mean", style="bold" * (name == "mean"))
+        cells = [" ".join(f"{rows[name][m]:5.1f}" for m in MEASURES) for rows in results.values()]
+        table.add_row(name, *cells, style="bold" * (name == "mean"))
     console.print(table)
 
 

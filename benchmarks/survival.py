@@ -26,7 +26,7 @@ from workers.geometry.creatures import SPECIES, make_creature
 from workers.geometry.formats import write
 
 COLLECTION = "survival"
-VICTIMS = {"worker": "celery", "broker": "valkey", "API": "uvicorn"}
+VICTIMS = {"worker": "celery", "broker": "valkey", "API": "service.supervisor.api"}
 
 
 @dataclass

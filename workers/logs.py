@@ -44,5 +44,13 @@ def configure_logs(*, level: str = "info", form: str = "auto") -> None:
     root = logging.getLogger()
     root.handlers[:] = [handler]
     root.setLevel(level.upper())
-    for noisy in ("alembic", "httpx", "fsspec", "kombu", "amqp", "trimesh", "PIL"):
+    for noisy in (  # the pipeline writes a line a part itself
+        "alembic",
+        "httpx",
+        "fsspec",
+        "kombu",
+        "amqp",
+        "PIL",
+        "celery.app.trace",
+    ):
         logging.getLogger(noisy).setLevel(logging.WARNING)

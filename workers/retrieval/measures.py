@@ -10,7 +10,7 @@ from dataclasses import astuple, dataclass
 import numpy as np
 
 from workers.errors import InvalidRequestError
-from workers.geometry.arrays import BoolArray, FloatArray, IntArray
+from workers.geometry.arrays import BoolArray, FloatArray
 
 E_MEASURE_LENGTH = 32  # matches that fit a page of results
 
@@ -108,7 +108,8 @@ def leave_one_out(
     classes = np.array(["" if label is None else f"={label}" for label in labels])
     found = {}
     for i in range(len(classes)):
-        others = np.delete(np.argsort(distances[i], kind="stable"), _place(distances[i], i))
+        order = np.argsort(distances[i], kind="stable")
+        others = order[order != i]
         relevant = (classes[others] == classes[i]) & (classes[i] != "")  # (n - 1,)
         if relevant.any():
             found[i] = retrieval_measures(relevant)
@@ -143,9 +144,3 @@ def precision_at_recall(relevant: BoolArray, *, recalls: FloatArray) -> FloatArr
     needed = np.ceil(np.asarray(recalls) * len(ranks) - 1e-9).astype(np.int64)  # relevant shapes
     interpolated: FloatArray = best[np.clip(needed - 1, 0, len(ranks) - 1)]
     return interpolated
-
-
-def _place(row: FloatArray, i: int) -> int:
-    """Where index i stands in the stable order of a row."""
-    order: IntArray = np.argsort(row, kind="stable")
-    return int(np.flatnonzero(order == i)[0])

@@ -1,0 +1,1 @@
+"""Measurements beside the tests: retrieval, survival, calibration; none is run by the suite."""

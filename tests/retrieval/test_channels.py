@@ -1,0 +1,199 @@
+"""Channels: what they describe, which scale they forget, and what they refuse."""
+
+import json
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose, assert_array_equal
+
+from tests.meshes import icosphere, renumbered, rotated, scaled
+from workers.diffusion.distances import diagonal_signature
+from workers.diffusion.kernels import BiharmonicKernel, CommuteTimeKernel, HeatKernel
+from workers.errors import InvalidRequestError, KernelDomainError, SpectrumError
+from workers.geometry.mesh import TriangleMesh
+from workers.geometry.sampling import sample_surface
+from workers.geometry.spectrum import Spectrum, compute_spectrum
+from workers.retrieval.channels import (
+    DIAGONAL,
+    DISTANCES,
+    EIGENVALUES,
+    Channel,
+    describe_channel,
+    normalised_spectrum,
+)
+
+Solved = tuple[TriangleMesh, Spectrum]
+EDGES = tuple(np.linspace(0.0, 4.0, 41).tolist())
+COMMUTE = Channel("c", "closed", CommuteTimeKernel(), DISTANCES, "none", edges=EDGES, samples=200)
+HEAT = replace(COMMUTE, kernel=HeatKernel(0.15), normalisation="first-eigenvalue")
+SHORT_EDGES = tuple(np.linspace(0.0, 0.6, 41).tolist())
+BIHARMONIC = replace(COMMUTE, kernel=BiharmonicKernel(), normalisation="area", edges=SHORT_EDGES)
+MEAN = replace(COMMUTE, kernel=BiharmonicKernel(), normalisation="mean")
+QUANTILES = replace(COMMUTE, edges=None, levels=(0.1, 0.5, 0.9))
+DIAGONALS = replace(HEAT, feature=DIAGONAL, edges=SHORT_EDGES)
+NUMBERS = tuple(float(i) for i in range(1, 9))
+SHAPE_DNA = Channel("e", "closed", None, EIGENVALUES, "area", levels=NUMBERS)
+SCALE_FREE = [COMMUTE, HEAT, BIHARMONIC, MEAN, QUANTILES, DIAGONALS, SHAPE_DNA]
+
+
+def solve(mesh: TriangleMesh) -> Solved:
+    return mesh, compute_spectrum(mesh, n_eigenpairs=60)
+
+
+@pytest.mark.parametrize("channel", [COMMUTE, HEAT, BIHARMONIC, MEAN, DIAGONALS])
+def test_distributions_sum_to_one(bumpy: Solved, channel: Channel) -> None:
+    vector = describe_channel(*bumpy, channel)
+    assert vector.dtype == np.float32
+    assert vector.shape == (channel.dimension,)
+    assert np.all(vector >= 0.0)
+    assert vector.sum() == pytest.approx(1.0, abs=1e-6)
+    assert np.count_nonzero(vector) > 5  # not all in one bin
+
+
+DISGUISES: dict[str, Callable[[TriangleMesh], TriangleMesh]] = {
+    "larger": lambda mesh: scaled(mesh, 250.0),
+    "smaller": lambda mesh: scaled(mesh, 1e-3),
+    "rotated": lambda mesh: rotated(mesh, np.random.default_rng(0)),
+    "renumbered": lambda mesh: renumbered(mesh, np.random.default_rng(1))[0],
+}
+
+
+@pytest.mark.parametrize("disguise", sorted(DISGUISES))
+@pytest.mark.parametrize("channel", SCALE_FREE)
+def test_a_disguised_copy_has_the_same_vector(
+    bumpy: Solved, channel: Channel, disguise: str
+) -> None:
+    vector = describe_channel(*bumpy, channel)
+    copy = describe_channel(*solve(DISGUISES[disguise](bumpy[0])), channel)
+    assert_allclose(copy, vector, rtol=1e-5, atol=1e-6)  # float32, and rounding in the solver
+
+
+@pytest.mark.parametrize(
+    "channel", [replace(BIHARMONIC, normalisation="none"), replace(SHAPE_DNA, normalisation="none")]
+)
+def test_without_normalisation_scale_is_kept(bumpy: Solved, channel: Channel) -> None:
+    mesh, spectrum = bumpy
+    larger = describe_channel(scaled(mesh, 2.0), spectrum.rescaled(2.0), channel)
+    assert np.abs(larger - describe_channel(mesh, spectrum, channel)).sum() > 0.5
+
+
+@pytest.mark.parametrize(
+    ("normalisation", "quantity"),
+    [("area", lambda s: s.area), ("first-eigenvalue", lambda s: s.eigenvalues[0])],
+)
+def test_normalisation_makes_its_quantity_one(
+    bumpy: Solved, normalisation: str, quantity: Callable[[Spectrum], float]
+) -> None:
+    assert quantity(normalised_spectrum(bumpy[1], normalisation)) == pytest.approx(1.0)
+
+
+def test_sphere_eigenvalues_at_area_one_are_logarithms_of_four_pi_l_l_plus_one() -> None:
+    degrees = np.repeat([1, 2], [3, 5])
+    vector = describe_channel(*solve(icosphere(4, radius=3.0)), SHAPE_DNA)
+    assert_allclose(vector, np.log(4 * np.pi * degrees * (degrees + 1)), atol=5e-3)
+
+
+def test_mean_normalised_eigenvalues_have_mean_one(bumpy: Solved) -> None:
+    vector = describe_channel(*bumpy, replace(SHAPE_DNA, normalisation="mean"))
+    assert np.exp(vector.astype(np.float64)).mean() == pytest.approx(1.0, abs=1e-6)
+
+
+def test_mean_normalised_distances_have_mean_one(bumpy: Solved) -> None:
+    fine = replace(MEAN, edges=tuple(np.linspace(0.0, 6.0, 3001).tolist()))
+    vector = describe_channel(*bumpy, fine)
+    centres = np.convolve(fine.edges or (), [0.5, 0.5], mode="valid")
+    assert vector.astype(np.float64) @ centres == pytest.approx(1.0, abs=2e-3)  # the bins' width
+
+
+def test_quantiles_lie_where_the_histogram_says(bumpy: Solved) -> None:
+    fine = replace(COMMUTE, edges=tuple(np.linspace(0.0, 4.0, 2001).tolist()))
+    cdf = np.cumsum(describe_channel(*bumpy, fine).astype(np.float64))
+    quantiles = describe_channel(*bumpy, QUANTILES)
+    assert_allclose(
+        np.interp(quantiles, np.asarray(fine.edges)[1:], cdf), [0.1, 0.5, 0.9], atol=0.01
+    )
+
+
+def test_the_diagonal_is_taken_of_all_vertices_by_area(bumpy: Solved) -> None:
+    spectrum = normalised_spectrum(bumpy[1], "first-eigenvalue")
+    values = diagonal_signature(spectrum, HeatKernel(0.15))
+    expected, _ = np.histogram(np.minimum(values, 0.599), SHORT_EDGES, weights=spectrum.areas)
+    vector = describe_channel(*bumpy, DIAGONALS)
+    assert_allclose(vector, expected / spectrum.area, atol=1e-6)
+
+
+def test_a_sample_that_is_there_is_used(bumpy: Solved) -> None:
+    sample = sample_surface(*bumpy, count=200)
+    given = describe_channel(*bumpy, COMMUTE, sample=sample)
+    assert_array_equal(given, describe_channel(*bumpy, COMMUTE))
+    other = describe_channel(*bumpy, COMMUTE, sample=sample_surface(*bumpy, count=20))
+    assert np.any(other != given)
+
+
+def test_too_few_eigenvalues_are_an_error(bumpy: Solved) -> None:
+    channel = replace(SHAPE_DNA, levels=(1.0, 61.0))
+    with pytest.raises(SpectrumError, match=r"needs 61 eigenvalues.*642 vertices has 60"):
+        describe_channel(*bumpy, channel)
+
+
+@pytest.mark.parametrize("channel", [COMMUTE, HEAT, SHAPE_DNA])
+def test_a_mesh_without_eigenpairs_is_an_error(bumpy: Solved, channel: Channel) -> None:
+    mesh, spectrum = bumpy
+    empty = Spectrum(np.empty(0), np.empty((642, 0)), spectrum.areas, spectrum.area)
+    with pytest.raises(SpectrumError, match="has 0"):
+        describe_channel(mesh, empty, channel)
+
+
+def test_a_kernel_that_vanishes_has_no_mean(bumpy: Solved) -> None:
+    with pytest.raises(KernelDomainError, match="vanishes"):
+        describe_channel(*bumpy, replace(MEAN, kernel=HeatKernel(1e9)))
+
+
+@pytest.mark.parametrize("channel", SCALE_FREE)
+def test_json_brings_a_channel_back(channel: Channel) -> None:
+    again = Channel.from_json(json.loads(json.dumps(channel.to_json())))
+    assert again == channel
+    assert_array_equal(again.widths, channel.widths)
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"feature": "colours"},
+        {"normalisation": "volume"},
+        {"kernel": None},
+        {"levels": (0.5,)},
+        {"edges": None},
+        {"edges": (0.0,)},
+        {"edges": (0.0, 1.0, 1.0)},
+        {"edges": None, "levels": (0.5, 1.0)},
+        {"edges": None, "levels": ()},
+        {"edges": None, "levels": (0.5,), "dissimilarity": "earth-movers"},
+        {"feature": EIGENVALUES, "kernel": None},
+        {"feature": EIGENVALUES, "kernel": None, "edges": None, "levels": (0.5,)},
+        {"dissimilarity": "cosine"},
+        {"scale": 0.0},
+        {"scale": float("nan")},
+        {"weight": -1.0},
+        {"samples": 0},
+    ],
+)
+def test_parts_that_do_not_fit_are_refused(change: dict[str, Any]) -> None:
+    with pytest.raises(InvalidRequestError):
+        replace(COMMUTE, **change)
+
+
+@pytest.mark.parametrize("key", ["name", "view", "feature", "dissimilarity", "scale"])
+def test_json_with_a_part_missing_is_refused(key: str) -> None:
+    content = COMMUTE.to_json()
+    del content[key]
+    with pytest.raises(InvalidRequestError, match="cannot be read"):
+        Channel.from_json(content)
+
+
+def test_json_with_a_part_of_another_type_is_refused() -> None:
+    with pytest.raises(InvalidRequestError, match="cannot be read"):
+        Channel.from_json({**COMMUTE.to_json(), "edges": ["a", "b"]})

@@ -1,0 +1,114 @@
+"""Models: parts of a descriptor, JSON, and what does not fit together."""
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from numpy.testing import assert_array_equal
+
+from workers.diffusion.kernels import CommuteTimeKernel, HeatKernel, TabulatedKernel
+from workers.errors import InvalidRequestError
+from workers.geometry.mesh import TriangleMesh
+from workers.geometry.preparation import default_view, open_view
+from workers.geometry.spectrum import Spectrum
+from workers.retrieval.channels import DIAGONAL, DISTANCES, EIGENVALUES, Channel, describe_channel
+from workers.retrieval.model import Model, describe, kernel_curves
+
+Solved = tuple[TriangleMesh, Spectrum]
+EDGES = tuple(np.linspace(0.0, 4.0, 21).tolist())
+CHANNELS = (
+    Channel("commute", "closed", CommuteTimeKernel(), DISTANCES, "none", edges=EDGES, samples=90),
+    Channel("heat", "closed", HeatKernel(0.2), DIAGONAL, "area", levels=(0.1, 0.9), weight=2.0),
+    Channel("dna", "open", None, EIGENVALUES, "area", levels=(1.0, 2.0, 3.0), dissimilarity="l2"),
+)
+MODEL = Model(
+    name="three",
+    method="bank",
+    parameters={"n": 3},
+    views=(default_view(), open_view()),
+    channels=CHANNELS,
+    fusion_power=0.25,
+    versions={"solver": "1"},
+)
+
+
+def test_a_descriptor_is_its_channels_one_after_the_other(bumpy: Solved) -> None:
+    descriptor = describe({"closed": bumpy, "open": bumpy}, MODEL)
+    assert descriptor.shape == (MODEL.dimension,) == (25,)
+    assert descriptor.dtype == np.float32
+    assert not descriptor.flags.writeable
+    assert list(MODEL.slices.values()) == [slice(0, 20), slice(20, 22), slice(22, 25)]
+    for channel in CHANNELS:
+        expected = describe_channel(*bumpy, channel)
+        assert_array_equal(descriptor[MODEL.slices[channel.name]], expected)
+
+
+def test_each_channel_sees_its_own_view(bumpy: Solved) -> None:
+    mesh, spectrum = bumpy
+    stretched = Spectrum(
+        spectrum.eigenvalues * np.linspace(1.0, 2.0, 60),
+        spectrum.eigenvectors,
+        spectrum.areas,
+        spectrum.area,
+    )
+    plain = describe({"closed": bumpy, "open": bumpy}, MODEL)
+    other = describe({"closed": bumpy, "open": (mesh, stretched)}, MODEL)
+    assert_array_equal(other[:22], plain[:22])
+    assert np.all(other[23:] != plain[23:])
+
+
+def test_the_same_arguments_give_the_same_bytes(bumpy: Solved) -> None:
+    prepared = {"closed": bumpy, "open": bumpy}
+    assert describe(prepared, MODEL).tobytes() == describe(prepared, MODEL).tobytes()
+
+
+def test_a_missing_view_is_named(bumpy: Solved) -> None:
+    with pytest.raises(InvalidRequestError, match="needs the view 'open'"):
+        describe({"closed": bumpy}, MODEL)
+
+
+def test_json_brings_a_model_back() -> None:
+    again = Model.from_json(json.loads(json.dumps(MODEL.to_json())))
+    assert again == MODEL
+    assert [view.key for view in again.views] == [view.key for view in MODEL.views]
+
+
+@pytest.mark.parametrize(
+    "key", ["name", "method", "parameters", "views", "channels", "fusion", "versions"]
+)
+def test_json_with_a_part_missing_is_refused(key: str) -> None:
+    content = MODEL.to_json()
+    del content[key]
+    with pytest.raises(InvalidRequestError, match="cannot be read"):
+        Model.from_json(content)
+
+
+def test_channels_need_different_names() -> None:
+    with pytest.raises(InvalidRequestError, match="names different"):
+        replace(MODEL, channels=(CHANNELS[0], CHANNELS[0]))
+    with pytest.raises(InvalidRequestError, match="at least one"):
+        replace(MODEL, channels=())
+
+
+def test_channels_need_their_views() -> None:
+    with pytest.raises(InvalidRequestError, match="no view 'open'"):
+        replace(MODEL, views=(default_view(),))
+
+
+@pytest.mark.parametrize("power", [0.0, -1.0, float("nan"), float("inf")])
+def test_the_power_is_positive(power: float) -> None:
+    with pytest.raises(InvalidRequestError, match="power"):
+        replace(MODEL, fusion_power=power)
+
+
+def test_curves_show_every_kernel() -> None:
+    table = TabulatedKernel(np.array([0.5, 2.0, 70.0]), np.array([3.0, 1.0, 0.0]))
+    channels = (*CHANNELS, replace(CHANNELS[0], name="table", kernel=table))
+    commute, heat, tabulated = kernel_curves(replace(MODEL, channels=channels))
+    assert [commute.name, heat.name, tabulated.name] == ["commute", "heat", "table"]
+    assert heat.kind == "heat"
+    assert heat.parameters == {"time": 0.2}
+    assert_array_equal(commute.squared_transfer, 1.0 / commute.eigenvalues)
+    assert_array_equal(tabulated.eigenvalues, table.eigenvalues)
+    assert_array_equal(tabulated.squared_transfer, table.values)
