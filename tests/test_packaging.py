@@ -40,7 +40,7 @@ def test_compose_settings_are_settings(name: str) -> None:
     environment = OURS[name]["environment"]
     assert set(environment) <= known
     values = {k.removeprefix(PREFIX).lower(): v for k, v in environment.items()}
-    Settings(**{k: re.sub(r"\$\{\w+:-(\w+)\}", r"\1", v) for k, v in values.items()})
+    Settings.model_validate({k: re.sub(r"\$\{\w+:-(\w+)\}", r"\1", v) for k, v in values.items()})
 
 
 def test_the_image_copies_what_there_is_and_serves_as_a_user_without_rights() -> None:

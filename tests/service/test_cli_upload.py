@@ -99,7 +99,7 @@ def test_upload_names_what_failed(run: Run, fake: FakeService, tree: Path) -> No
     assert result.exit_code == 1
     assert "cat-03.ply" in result.stdout
     assert "it has no faces" in result.stdout
-    assert "3 shapes" in result.stdout
+    assert "3 ready" in result.stdout
 
 
 def test_refused_file_does_not_keep_back_the_others(

@@ -13,8 +13,10 @@ def make_collection(session: Session, name: str = "zoo") -> Collection:
     return create_collection(session, name=name, description="", model="heat")
 
 
-def make_shape(session: Session, collection: Collection, content: int, **fields: str) -> str:
-    shape = NewShape(sha256=f"{content:064x}", n_bytes=1, name=f"{content}.off", **fields)
+def make_shape(
+    session: Session, collection: Collection, content: int, *, label: str | None = None
+) -> str:
+    shape = NewShape(sha256=f"{content:064x}", n_bytes=1, name=f"{content}.off", label=label)
     return create_shape(session, collection.id, shape)[0]
 
 

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Literal
 
 from workers.errors import BlobNotFoundError
 from workers.geometry.arrays import Float32Array
@@ -23,7 +24,7 @@ class ReadMesh:
     mesh: TriangleMesh
     repairs: tuple[str, ...]
     format: str
-    up: str
+    up: Literal["y", "z"]
 
 
 def read_mesh(blobs: BlobStore, sha256: str, *, filename: str, settings: Settings) -> ReadMesh:

@@ -1,5 +1,6 @@
 """What Celery is told, and why."""
 
+from typing import Any
 
 from celery import Celery
 from kombu.entity import Queue
@@ -25,7 +26,7 @@ def make_celery(settings: Settings) -> Celery:
         broker=settings.resolved_broker_url,
         include=["workers.tasks.run", "workers.tasks.sweep"],
     )
-    queues = [Queue(queue_name(settings, name)) for name in (LIGHT, INGEST)]
+    queues: list[Any] = [Queue(queue_name(settings, name)) for name in (LIGHT, INGEST)]  # type: ignore[no-untyped-call]
     celery.conf.update(
         task_queues=queues,
         task_default_queue=queues[0].name,

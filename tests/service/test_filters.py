@@ -1,0 +1,98 @@
+"""Filters mean the same whatever the database: conditions on plain dictionaries."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from service.schemas.queries import Condition, Filter
+from service.search.filters import holds, matching_shapes, passes
+from tests.service.running import Api
+from workers.storage.collections import get_collection
+
+CAT = {
+    "label": "cat",
+    "name": "cat.holes.3.off",
+    "transformation": "holes",
+    "strength": 3,
+    "metadata": {"year": 2024, "tags": ["a", "b"], "scan": {"by": "Ada", "ok": True}, "none": None},
+}
+
+
+@pytest.mark.parametrize(
+    ("condition", "expected"),
+    [
+        ({"field": "label", "equals": "cat"}, True),
+        ({"field": "label", "equals": "Cat"}, False),
+        ({"field": "label", "equals": None}, False),
+        ({"field": "label", "in": ["dog", "cat"]}, True),
+        ({"field": "name", "range": {"gte": "cat", "lt": "cau"}}, True),
+        ({"field": "strength", "equals": 3.0}, True),
+        ({"field": "strength", "equals": "3"}, False),
+        ({"field": "strength", "equals": True}, False),
+        ({"field": "strength", "range": {"gt": 3}}, False),
+        ({"field": "strength", "range": {"gte": 3, "lte": 3}}, True),
+        ({"field": "strength", "range": {"lt": "x"}}, False),
+        ({"field": "metadata.year", "range": {"gt": 2023.5, "lt": 2024.5}}, True),
+        ({"field": "metadata.tags", "equals": "b"}, True),
+        ({"field": "metadata.tags", "in": ["c"]}, False),
+        ({"field": "metadata.scan.by", "equals": "Ada"}, True),
+        ({"field": "metadata.scan.ok", "equals": True}, True),
+        ({"field": "metadata.scan.ok", "equals": 1}, False),
+        ({"field": "metadata.scan.ok", "range": {"gte": 0}}, False),
+        ({"field": "metadata.scan", "equals": None}, False),
+        ({"field": "metadata.none", "equals": None}, True),
+        ({"field": "metadata.missing.deeper", "equals": None}, True),
+        ({"field": "metadata.missing", "range": {"lt": 5}}, False),
+    ],
+)
+def test_a_condition_compares_values_of_one_type(condition: dict[str, Any], expected: bool) -> None:
+    assert holds(Condition.model_validate(condition), CAT) is expected
+
+
+def test_must_must_not_and_should_are_all_none_and_any() -> None:
+    true, false = {"field": "label", "equals": "cat"}, {"field": "label", "equals": "dog"}
+    for must in ([], [true], [true, true], [true, false], [false]):
+        for must_not in ([], [false], [true, false]):
+            for should in ([], [false, true], [false]):
+                wanted = Filter.model_validate(
+                    {"must": must, "must_not": must_not, "should": should}
+                )
+                expected = (
+                    all(c is true for c in must)
+                    and not any(c is true for c in must_not)
+                    and (not should or true in should)
+                )
+                assert passes(wanted, CAT) is expected
+
+
+def test_the_rows_that_are_read_less_of_are_the_rows_that_pass(zoo: Api) -> None:
+    """What SQL narrows is decided again in Python: both must agree with Python alone."""
+    rng = np.random.default_rng(7)
+    for number, shape in enumerate(zoo.shape_ids.values()):
+        zoo.patch(f"/v1/shapes/{shape}", json={"metadata": {"n": number}})
+    shapes = zoo.get("/v1/collections/zoo/shapes")["items"]
+    values: dict[str, list[Any]] = {
+        "label": ["ball", "ring", None, 1],
+        "transformation": ["null", "scale", None],
+        "strength": [0, 2, 2.0, True, None, 2**40, "0"],
+        "name": ["crate.stl", "x"],
+        "metadata.n": [0, 1, 4, None],
+    }
+
+    def draw() -> dict[str, Any]:
+        field = list(values)[rng.integers(len(values))]
+        options = values[field]
+        picked = [options[i] for i in rng.integers(len(options), size=rng.integers(1, 3))]
+        return {"field": field, **({"equals": picked[0]} if len(picked) == 1 else {"in": picked})}
+
+    with zoo.services.database.read() as session:
+        collection = get_collection(session, "zoo").id
+        for _ in range(200):
+            body = {
+                part: [draw() for _ in range(rng.integers(0, 3))]
+                for part in ("must", "must_not", "should")
+            }
+            wanted = Filter.model_validate(body)
+            expected = {shape["id"] for shape in shapes if passes(wanted, shape)}
+            assert matching_shapes(session, collection, wanted) == expected, body
