@@ -1,24 +1,19 @@
 """The application: ``create_app`` is the entrance of the API's process."""
 
-import os
+import shutil
+import time
+from collections.abc import AsyncIterator, Callable
+from contextlib import AbstractAsyncContextManager, asynccontextmanager
+from functools import partial
+from importlib.metadata import PackageNotFoundError, version
 
-for _variable in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
-    os.environ.setdefault(_variable, "1")  # before numpy: two threads a process cost 8 to 16 times
+import structlog
+from fastapi import FastAPI
+from fastapi.concurrency import run_in_threadpool
+from sqlalchemy import select
+from sqlalchemy.exc import SQLAlchemyError
 
-import shutil  # noqa: E402
-import time  # noqa: E402
-from collections.abc import AsyncIterator, Callable  # noqa: E402
-from contextlib import AbstractAsyncContextManager, asynccontextmanager  # noqa: E402
-from functools import partial  # noqa: E402
-from importlib.metadata import PackageNotFoundError, version  # noqa: E402
-
-import structlog  # noqa: E402
-from fastapi import FastAPI  # noqa: E402
-from fastapi.concurrency import run_in_threadpool  # noqa: E402
-from sqlalchemy import select  # noqa: E402
-from sqlalchemy.exc import SQLAlchemyError  # noqa: E402
-
-from service.api import (  # noqa: E402
+from service.api import (
     collections,
     health,
     jobs,
@@ -28,21 +23,21 @@ from service.api import (  # noqa: E402
     surfaces,
     uploads,
 )
-from service.body_limit import BodyLimit  # noqa: E402
-from service.dependencies import Services, uploads_path  # noqa: E402
-from service.errors import add_error_handlers  # noqa: E402
-from service.metrics import Metrics  # noqa: E402
-from service.openapi import DESCRIPTION, TAGS, install_openapi  # noqa: E402
-from service.readiness import BrokerWatch  # noqa: E402
-from service.request_context import RequestContext  # noqa: E402
-from service.search.indexes import SearchIndexes  # noqa: E402
-from service.security import Gate  # noqa: E402
-from workers.logs import configure_logs  # noqa: E402
-from workers.settings import MEBIBYTE, Settings, load_settings  # noqa: E402
-from workers.storage.blobs import BlobStore  # noqa: E402
-from workers.storage.database import Database  # noqa: E402
-from workers.storage.models import Collection  # noqa: E402
-from workers.tasks.dispatch import Dispatcher  # noqa: E402
+from service.body_limit import BodyLimit
+from service.dependencies import Services, uploads_path
+from service.errors import add_error_handlers
+from service.metrics import Metrics
+from service.openapi import DESCRIPTION, TAGS, install_openapi
+from service.readiness import BrokerWatch
+from service.request_context import RequestContext
+from service.search.indexes import SearchIndexes
+from service.security import Gate
+from workers.logs import configure_logs
+from workers.settings import MEBIBYTE, Settings, load_settings
+from workers.storage.blobs import BlobStore
+from workers.storage.database import Database
+from workers.storage.models import Collection
+from workers.tasks.dispatch import Dispatcher
 
 log = structlog.get_logger(__name__)
 

@@ -61,7 +61,7 @@ async def _page(
         Text | None, Query(max_length=400, description="`next_cursor` of the page before")
     ] = None,
 ) -> PageRequest:
-    return PageRequest(limit, cursor)
+    return PageRequest(limit, cursor or None)
 
 
 async def _collection(collection: Annotated[str, PathParameter(examples=["zoo"])]) -> str:

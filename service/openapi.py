@@ -9,6 +9,8 @@ from pydantic import BaseModel
 
 from service.errors import PROBLEM_TYPE
 from service.schemas.problems import Problem
+from service.schemas.queries import QueryOptions
+from service.schemas.text import Answer, Body
 
 ALWAYS = (401, 403, 429, 500, 503)
 Responses = dict[int | str, dict[str, Any]]
@@ -106,10 +108,19 @@ def install_openapi(app: FastAPI) -> None:
             schemas["Problem"] = Problem.model_json_schema()
             for unused in ("HTTPValidationError", "ValidationError"):
                 schemas.pop(unused, None)
+            _put_back_nulls(schemas)
             app.openapi_schema = made
         return app.openapi_schema
 
     app.openapi = document  # type: ignore[method-assign]
+
+
+def _put_back_nulls(schemas: dict[str, Any]) -> None:
+    """Write the examples again: the framework takes every null out of them."""
+    for body in [*Answer.__subclasses__(), *Body.__subclasses__(), *QueryOptions.__subclasses__()]:
+        extra = body.model_config.get("json_schema_extra")
+        if body.__name__ in schemas and isinstance(extra, dict):
+            schemas[body.__name__].update(extra)
 
 
 def _problem(status: int) -> dict[str, Any]:

@@ -65,7 +65,8 @@ class RequestContext:
     def _record(self, scope: Scope, status: int, seconds: float) -> None:
         route = getattr(scope.get("route"), "path", "unmatched")
         self._metrics.count_request(scope["method"], route, status, seconds)
-        tell = log.debug if scope["path"] in QUIET else log.info
+        looked = scope["method"] in {"GET", "HEAD"} and status < 400
+        tell = log.debug if looked or scope["path"] in QUIET else log.info
         tell(
             "request",
             method=scope["method"],

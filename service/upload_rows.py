@@ -12,6 +12,7 @@ from workers.storage.jobs import MAX_ERRORS, OPEN, create_job
 from workers.storage.models import Collection, Job, Part, Shape
 from workers.storage.shapes import NewShape, create_shape
 
+MOST_SHAPES = 1000
 PASSING_ERRORS = frozenset({"cancelled", "computation-lost", "internal-error"})
 """Failures that say nothing of the mesh: uploaded again, it is tried again."""
 
@@ -33,7 +34,6 @@ class StoredUpload:
     job: Job
     parts: Sequence[Part]
     shape_ids: list[str]
-    n_new: int
 
 
 def store_upload(session: Session, collection: Collection, upload: Upload) -> StoredUpload:
@@ -54,7 +54,7 @@ def store_upload(session: Session, collection: Collection, upload: Upload) -> St
         )
     at_work = None if parts else _job_at_work(session, known)
     if at_work is not None:
-        return StoredUpload(at_work, [], list(ids), 0)
+        return StoredUpload(at_work, [], list(ids))
     job, rows = create_job(
         session,
         kind="ingest",
@@ -65,7 +65,13 @@ def store_upload(session: Session, collection: Collection, upload: Upload) -> St
     )
     _name_failed(session, job, known, only=not parts)
     session.execute(update(Shape).where(Shape.id.in_([*new, *again])).values(job_id=job.id))
-    return StoredUpload(job, rows, list(ids), len(new) + len(again))
+    return StoredUpload(job, rows, list(ids))
+
+
+def shapes_of_job(session: Session, collection_id: str, job_id: str) -> Sequence[str]:
+    """Ids of the first thousand shapes that a job computes."""
+    statement = select(Shape.id).where(Shape.collection_id == collection_id, Shape.job_id == job_id)
+    return session.scalars(statement.order_by(Shape.id).limit(MOST_SHAPES)).all()
 
 
 def _create_shapes(

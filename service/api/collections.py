@@ -103,6 +103,7 @@ def change(
 @router.delete(
     "/{collection}",
     status_code=204,
+    response_class=Response,
     summary="Delete a collection with its shapes",
     dependencies=[ADMINISTERS],
     responses=problems(404, 422),

@@ -1,6 +1,6 @@
 """Models."""
 
-from fastapi import APIRouter
+from fastapi import APIRouter, Response
 
 from service.dependencies import ModelPath, PageDep, ServicesDep
 from service.openapi import problems
@@ -30,6 +30,7 @@ def show(name: ModelPath, services: ServicesDep) -> ModelAnswer:
 @router.delete(
     "/{name}",
     status_code=204,
+    response_class=Response,
     summary="Delete a model",
     dependencies=[ADMINISTERS],
     responses=problems(404, 409, 422),

@@ -2,7 +2,7 @@
 
 from typing import Annotated
 
-from fastapi import APIRouter, Query
+from fastapi import APIRouter, Query, Response
 
 from service.dependencies import CollectionPath, FilterText, PageDep, ServicesDep, ShapePath
 from service.openapi import problems
@@ -80,6 +80,7 @@ def change(shape_id: ShapePath, body: ShapeChange, services: ServicesDep) -> Sha
 @router.delete(
     "/shapes/{shape_id}",
     status_code=204,
+    response_class=Response,
     summary="Delete a shape",
     dependencies=[WRITES],
     responses=problems(404, 422),

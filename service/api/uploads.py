@@ -14,7 +14,7 @@ from service.openapi import job_answers, multipart_body, problems
 from service.schemas.jobs import answer_job
 from service.schemas.shapes import UploadAnswer, UploadFields, answer_shape
 from service.security import WRITES
-from service.upload_rows import Upload, store_upload
+from service.upload_rows import Upload, shapes_of_job, store_upload
 from service.waiting import hold_on
 from workers.errors import InvalidRequestError
 from workers.pipeline.naming import read_name
@@ -38,9 +38,11 @@ router = APIRouter(prefix="/v1/collections", tags=["shapes"])
 class Accepted:
     """What was stored of an upload."""
 
+    collection_id: str
     job_id: str
     shape_ids: list[str]
-    n_new: int
+    has_archives: bool
+    anything_new: bool
 
 
 async def _receive(
@@ -83,8 +85,8 @@ async def upload(
     """
     accepted = await run_in_threadpool(_accept, services, collection, form)
     job = await hold_on(services.database, accepted.job_id, wait)
-    tell_of_job(response, job, ended=201 if accepted.n_new else 200)
-    shapes = await run_in_threadpool(_read_shapes, services, accepted.shape_ids)
+    tell_of_job(response, job, ended=201 if accepted.anything_new else 200)
+    shapes = await run_in_threadpool(_read_shapes, services, accepted)
     return UploadAnswer(job=answer_job(job), shapes=[answer_shape(view) for view in shapes])
 
 
@@ -106,9 +108,16 @@ def _accept(services: Services, collection: str, form: ReceivedForm) -> Accepted
         attributes=fields.metadata or {},
     )
     with services.database.begin() as session:
-        stored = store_upload(session, get_collection(session, collection), upload)
+        row = get_collection(session, collection)
+        stored = store_upload(session, row, upload)
     services.dispatcher.send(stored.parts)
-    return Accepted(stored.job.id, stored.shape_ids, stored.n_new + len(archives))
+    return Accepted(
+        collection_id=row.id,
+        job_id=stored.job.id,
+        shape_ids=stored.shape_ids,
+        has_archives=bool(archives),
+        anything_new=bool(stored.parts),
+    )
 
 
 def _new_shape(file: ReceivedFile, fields: UploadFields) -> NewShape:
@@ -129,7 +138,12 @@ def _require_collection(services: Services, collection: str) -> None:
         get_collection(session, collection)
 
 
-def _read_shapes(services: Services, shape_ids: list[str]) -> list[ShapeView]:
+def _read_shapes(services: Services, accepted: Accepted) -> list[ShapeView]:
+    """Shapes of the files, and those that came out of archives so far."""
     with services.database.read() as session:
-        views = get_shapes(session, shape_ids)
+        shape_ids = dict.fromkeys(accepted.shape_ids)
+        if accepted.has_archives:
+            unpacked = shapes_of_job(session, accepted.collection_id, accepted.job_id)
+            shape_ids |= dict.fromkeys(unpacked)
+        views = get_shapes(session, list(shape_ids))
     return [views[shape_id] for shape_id in shape_ids if shape_id in views]

@@ -6,7 +6,7 @@ import typer
 from rich.table import Table
 
 from service.cli.connection import Session, connected
-from service.cli.console import cell, facts_table, make_table
+from service.cli.console import cell, facts_table, make_table, time_cell
 from service.client import Document
 
 app = typer.Typer(help="Collections of shapes: list, create, show, delete.", no_args_is_help=True)
@@ -31,8 +31,10 @@ def _table(found: list[Document]) -> Table | str:
     table = make_table("name", "model", *numbers, "created", "description", numbers=numbers)
     for item in found:
         counts = [item["shape_count"], item["ready_count"], item["failed_count"]]
-        row = [item["name"], item["model"], *counts, item["created_at"], item["description"]]
-        table.add_row(*(cell(value) for value in row))
+        table.add_row(
+            cell(item["name"]), cell(item["model"]), *map(cell, counts),
+            time_cell(item["created_at"]), cell(item["description"]),
+        )  # fmt: skip
     return table
 
 

@@ -158,6 +158,11 @@ def cell(value: object) -> str:
     return escape(str(value))
 
 
+def time_cell(text: str | None) -> str:
+    """Return a moment without its parts of a second."""
+    return cell(text[:19].replace("T", " ") if text else None)
+
+
 STATE_STYLES = {
     "ready": "green",
     "succeeded": "green",

@@ -12,7 +12,7 @@ from rich.markup import escape
 from service.cli.connection import KeyOption, local
 from service.cli.console import EXIT_FAILED, Output
 from service.cli.embedded import service_for
-from service.cli.files import find_files
+from service.cli.files import UploadFile
 from service.cli.query import matches_table, query_by_mesh
 from service.cli.serving import DataOption, HostOption, PortOption, WorkersOption, service_settings
 from service.cli.upload import ensure_collection, upload_files
@@ -21,7 +21,7 @@ from service.client import DEFAULT_URL, Client, Document
 from workers.settings import Settings
 
 if TYPE_CHECKING:
-    from service.cli.demo_shapes import DemoQuestion
+    from service.cli.demo_shapes import DemoMesh
 
 COLLECTION = "demo"
 DESCRIPTION = "Procedural creatures: every species, several individuals and poses."
@@ -34,15 +34,16 @@ class Answer:
 
     Attributes
     ----------
-    question : DemoQuestion
-        What was asked.
+    creature, deformation : str
+        Which individual was asked for, and what had been done to it.
     path : Path
-        Its mesh file.
+        The mesh file that was asked with.
     result : dict
         The QueryResult.
     """
 
-    question: "DemoQuestion"
+    creature: str
+    deformation: str
     path: Path
     result: Document
 
@@ -50,13 +51,11 @@ class Answer:
     def is_right(self) -> bool:
         """Whether the creature that was deformed came first."""
         matches = self.result["matches"]
-        own = f"{self.question.source.creature}-"
-        return bool(matches) and str(matches[0]["shape"]["name"]).startswith(own)
+        return bool(matches) and str(matches[0]["shape"]["name"]).startswith(f"{self.creature}-")
 
     def to_json(self) -> Document:
         """Return it as a JSON object."""
-        question = self.question
-        told = {"creature": question.source.creature, "deformation": question.deformation}
+        told = {"creature": self.creature, "deformation": self.deformation, "mesh": str(self.path)}
         return {**told, "found_first": self.is_right, "result": self.result}
 
 
@@ -97,49 +96,43 @@ def demo(
 
 def _show(client: Client, output: Output, settings: Settings) -> list[Answer]:
     """Make the collection, upload it, ask; return the answers."""
-    from service.cli.demo_shapes import demo_questions, demo_shapes, generator_key, write_files
+    from service.cli.demo_shapes import demo_questions, demo_shapes, generator_key, write_meshes
 
-    directory = settings.data_path / "demo" / generator_key()
+    folder = settings.data_path / "demo" / generator_key()
     shapes, questions = demo_shapes(), demo_questions()
+    meshes = [*shapes, *questions]
     with output.progress(unit="creatures") as bar:
-        task = bar.add_task("making   ", total=len(shapes) + len(questions))
-        for _ in write_files(directory / "creatures", shapes, by_species=True):
-            bar.advance(task)
-        asked = []
-        for path in write_files(directory / "questions", questions, by_species=False):
-            asked.append(path)
-            bar.advance(task)
+        task = bar.add_task("making   ", total=len(meshes))
+        for done in write_meshes(meshes, folder, processes=settings.worker_processes):
+            bar.update(task, completed=done)
     ensure_collection(client, COLLECTION, description=DESCRIPTION)
-    result = upload_files(client, output, COLLECTION, find_files([directory / "creatures"]))
+    paths = [folder / shape.path for shape in shapes]
+    files = [UploadFile(path, path.parent.name, path.stat().st_size) for path in paths]
+    result = upload_files(client, output, COLLECTION, files)
     if result.errors and not output.as_json:
         output.console.print(errors_table(result.errors, title="[red]failed[/]"))
-    return _ask(client, output, questions, asked)
+    return [_ask(client, output, question, folder / question.path) for question in questions]
 
 
-def _ask(
-    client: Client, output: Output, questions: "Sequence[DemoQuestion]", paths: Sequence[Path]
-) -> list[Answer]:
-    """Ask one question after the other, showing each ranked answer."""
-    answers = []
-    for question, path in zip(questions, paths, strict=True):
-        options = {"limit": MATCHES}
-        result = query_by_mesh(client, COLLECTION, path.name, path.read_bytes(), options)
-        answers.append(Answer(question, path, result))
-        if not output.as_json:
-            creature, deformation = question.source.creature, question.deformation
-            title = f"\n[bold]{escape(creature)}[/] {escape(deformation)}"
-            output.console.print(matches_table(result, own=f"{creature}-", title=title))
-    return answers
+def _ask(client: Client, output: Output, question: "DemoMesh", path: Path) -> Answer:
+    """Ask one question, and show its ranked answer."""
+    options = {"limit": MATCHES}
+    result = query_by_mesh(client, COLLECTION, path.name, path.read_bytes(), options)
+    answer = Answer(question.creature, question.deformation, path, result)
+    if not output.as_json:
+        title = f"\n[bold]{escape(answer.creature)}[/] {escape(answer.deformation)}"
+        output.console.print(matches_table(result, own=f"{answer.creature}-", title=title))
+    return answer
 
 
 def _verdict(answers: Sequence[Answer]) -> str:
     """Say how many questions were answered rightly, and which were not."""
-    wrong = [answer.question for answer in answers if not answer.is_right]
+    wrong = [answer for answer in answers if not answer.is_right]
     count = f"{len(answers) - len(wrong)} of {len(answers)}"
     text = f"{count} deformed copies found their own creature first"
     if not wrong:
         return f"\n[green]✓[/] {text}"
-    names = ", ".join(f"{question.source.creature} {question.deformation}" for question in wrong)
+    names = ", ".join(f"{answer.creature} {answer.deformation}" for answer in wrong)
     return f"\n[red]✗[/] {text}; not: {escape(names)}"
 
 

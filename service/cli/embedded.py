@@ -34,13 +34,13 @@ class EmbeddedService:
         # In a group of its own: a Ctrl-C reaches this process alone, which hands it on.
         self._process = subprocess.Popen(
             [
-                *(sys.executable, "-m", "service.cli", "serve"),
+                *(sys.executable, "-m", "service.cli", "serve", "--json"),
                 *("--host", settings.host, "--port", str(settings.port)),
                 *("--data-dir", str(settings.data_path)),
                 *("--workers", str(settings.worker_processes)),
             ],
             stdin=subprocess.DEVNULL,
-            stdout=sys.stderr,
+            stdout=subprocess.DEVNULL,  # where it is, is said by this process
             process_group=0,
             preexec_fn=partial(die_with, os.getpid()),
         )

@@ -58,7 +58,9 @@ def find_files(
             folder = "" if file.parent == path or file == path else file.parent.name
             own = folder if labels_from_folders and not _says_its_label(file) else ""
             chosen = UploadFile(file, label or own, file.stat().st_size)
-            found.setdefault(file.resolve(), chosen)
+            known = found.get(file.resolve())
+            if known is None or not known.label:  # a label, where one of several paths gives one
+                found[file.resolve()] = chosen
     return list(found.values())
 
 

@@ -6,7 +6,7 @@ import typer
 from rich.table import Table
 
 from service.cli.connection import Session, connected
-from service.cli.console import cell, facts_table, make_table, state_cell
+from service.cli.console import cell, facts_table, make_table, state_cell, time_cell
 from service.cli.waiting import demand_success, errors_table, wait_for_job
 from service.client import Document
 
@@ -44,7 +44,7 @@ def _table(found: list[Document]) -> Table | str:
         table.add_row(
             cell(job["id"]), cell(job["kind"]), state_cell(job["state"]),
             f"{progress['done']}/{progress['total']}", str(len(job["errors"])),
-            cell(job["collection"]), cell(job["created_at"]),
+            cell(job["collection"]), time_cell(job["created_at"]),
         )  # fmt: skip
     return table
 

@@ -53,7 +53,7 @@ def upload(
     session.output.show(
         summary,
         f"[bold]{escape(collection)}[/] (model {escape(model)}): "
-        f"{summary['shapes']} shapes computed or there already, {len(result.errors)} failed"
+        f"{summary['shapes']} ready, {len(result.errors)} failed"
         if wait
         else f"{len(files)} files sent to [bold]{escape(collection)}[/]; see proteus jobs list",
     )
@@ -194,6 +194,7 @@ class _Upload:
         """Ask after the jobs until all have ended."""
         while pause := self._poll():
             time.sleep(pause)
+        self._show()
 
     def _poll(self) -> float:
         """Ask after the oldest unfinished jobs; return how long to wait, 0 when all are done."""

@@ -160,9 +160,13 @@ def test_the_shapes_of_a_zip_appear_as_its_job_goes_on(park: Api) -> None:
 
 
 def test_a_label_of_the_form_wins_over_folders_of_a_zip(park: Api) -> None:
-    park.upload("zoo", {"a.zip": zipped({"cat/1.off": EGG})}, data={"label": "owl"})
-    park.work()
-    assert [shape["label"] for shape in park.get(PATH)["items"]] == ["owl"]
+    archive = zipped({"cat/1.off": EGG})
+    with park.worker():
+        made = park.upload(
+            "zoo", {"a.zip": archive}, 201, data={"label": "owl"}, params={"wait": 30}
+        )
+    assert [shape["label"] for shape in made["shapes"]] == ["owl"]
+    assert park.get(PATH)["items"] == made["shapes"]
 
 
 @pytest.mark.parametrize("content", [b"PK\x03\x04garbage", b"PK\x05\x06", zipped({})])

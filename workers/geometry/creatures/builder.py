@@ -12,13 +12,13 @@ import numpy as np
 from workers.geometry.arrays import FloatArray
 from workers.geometry.creatures.skeleton import Motion, Part, Skeleton
 
-Point = Sequence[float]
+Point = Sequence[float] | FloatArray
 
 _MIRROR = np.array([1.0, 1.0, -1.0])
 _SIDES = ("left", "right")
 _THIN = 0.4  # ratio below which a limb is a fin
 _X, _Y, _Z = np.eye(3)
-X, Y, Z = (tuple(float(c) for c in axis) for axis in (_X, _Y, _Z))
+X, Y, Z = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
 
 
 class Body:
@@ -52,7 +52,7 @@ class Body:
         self,
         name: str,
         parent: str,
-        points: Sequence[Point],
+        points: Sequence[Point] | FloatArray,
         radii: Sequence[float],
         *,
         mirrored: bool = False,
@@ -114,7 +114,8 @@ class Body:
         """Add an ellipsoid to a bone, its radii along x, y, z before it is turned.
 
         Of a high power it is a box with rounded edges, of these half lengths. If joined, there is
-        no blend, and so no bulge, between it and the blob before it. Roll is about x, then pitch about z (nose up), then yaw about y (nose to -z), in degrees.
+        no blend, and so no bulge, between it and the blob before it. Roll is about x, then pitch
+        about z (nose up), then yaw about y (nose to -z), in degrees.
         """
         half = np.array([self.vary(radius, jitter) for radius in radii])
         size = float(half.max())
@@ -203,6 +204,11 @@ class Body:
         bones = [known.split("@")[0] for known in self._names]
         own = [bone for bone in bones if bone.rpartition(".")[0] == name]
         return list(dict.fromkeys(own))
+
+
+def beside(place: Point, x: float, y: float, z: float) -> FloatArray:
+    """Place at an offset from another, (3,)."""
+    return np.asarray(place, dtype=np.float64) + np.array([x, y, z], dtype=np.float64)
 
 
 def _sided(name: str, side: str) -> str:

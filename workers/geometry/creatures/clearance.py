@@ -45,8 +45,8 @@ class Clearance:
     @staticmethod
     def _distances(centres: FloatArray) -> FloatArray:
         squares = (centres**2).sum(axis=1)
-        squared = squares[:, None] + squares[None, :] - 2.0 * np.einsum(
-            "ic,jc->ij", centres, centres
+        squared = (
+            squares[:, None] + squares[None, :] - 2.0 * np.einsum("ic,jc->ij", centres, centres)
         )
         distances: FloatArray = np.sqrt(np.maximum(squared, 0.0))
         return distances

@@ -9,11 +9,14 @@ from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
 from skimage.measure import marching_cubes
 
 from workers.geometry.arrays import FloatArray, IntArray
 from workers.geometry.creatures.skeleton import Part
 
+_ATTEMPTS = 6  # to meet the number of vertices, on a grid that keeps limbs apart
 _FAR = 8.0  # softnesses from a group beyond which it is not felt: exp(-8) = 0.0003
 _AWAY = 0.12  # grid spacings that the surface keeps from grid points, against slivers
 _THINNEST = 0.95  # grid spacings of the smallest half thickness that is sampled safely
@@ -27,12 +30,14 @@ def extract_surface(parts: tuple[Part, ...], vertices: int) -> tuple[FloatArray,
     vertices (n, 3), faces (m, 3) wound outwards, and the grid spacing they were sampled at.
     """
     spacing = 1.2 * np.sqrt(_rough_area(parts) / vertices)
-    for _ in range(3):  # vertices grow with 1 / spacing²
-        points, faces = _march(parts, spacing)
-        if abs(len(points) / vertices - 1.0) < 0.04:
+    for attempt in range(_ATTEMPTS):
+        used, shift = spacing, 0.29 * attempt % 1.0
+        points, faces = _march(parts, used, shift)
+        close = abs(len(points) / vertices - 1.0) < 0.04
+        if close and _is_sphere(points, faces):  # else limbs were welded between grid points
             break
-        spacing *= np.sqrt(len(points) / vertices)
-    return points, faces, spacing
+        spacing *= float(np.sqrt(len(points) / vertices))  # vertices grow with 1 / spacing²
+    return points, faces, used
 
 
 def evaluate(parts: tuple[Part, ...], points: FloatArray) -> FloatArray:
@@ -113,11 +118,19 @@ def _norm(vectors: FloatArray, power: float) -> tuple[FloatArray, FloatArray]:
     return largest * size, gradient
 
 
-def _march(parts: tuple[Part, ...], spacing: float) -> tuple[FloatArray, IntArray]:
-    """Marching cubes at a spacing, evaluated only near each group."""
+def _is_sphere(points: FloatArray, faces: IntArray) -> bool:
+    """Whether a closed surface is one piece without a handle."""
+    edges = faces[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
+    ones, n = np.ones(len(edges), dtype=np.int8), len(points)
+    pieces, _ = connected_components(coo_array((ones, edges.T), shape=(n, n)), directed=False)
+    return pieces == 1 and n - len(edges) // 2 + len(faces) == 2
+
+
+def _march(parts: tuple[Part, ...], spacing: float, shift: float) -> tuple[FloatArray, IntArray]:
+    """Marching cubes at a spacing, evaluated only near each group; the grid is shifted a share."""
     thick = thickened(parts, spacing)
     boxes = [_box(group) for group in groups(thick)]
-    low = np.min([box[0] for box in boxes], axis=0) - 2 * spacing
+    low = np.min([box[0] for box in boxes], axis=0) - (2 + shift) * spacing
     high = np.max([box[1] for box in boxes], axis=0) + 2 * spacing
     shape = tuple(np.ceil((high - low) / spacing).astype(int) + 1)
     total, weighted = np.zeros(shape), np.zeros(shape)
@@ -131,7 +144,9 @@ def _march(parts: tuple[Part, ...], spacing: float) -> tuple[FloatArray, IntArra
     distance = _distance(total, weighted)
     near = np.abs(distance) < _AWAY * spacing
     distance[near] = np.where(distance[near] < 0, -_AWAY, _AWAY) * spacing
-    points, faces, _, _ = marching_cubes(distance, 0.0, spacing=(spacing,) * 3)
+    points, faces, _, _ = marching_cubes(  # type: ignore[no-untyped-call]
+        distance, 0.0, spacing=(spacing,) * 3
+    )
     return points.astype(np.float64) + low, faces.astype(np.int64)
 
 

@@ -1,7 +1,7 @@
 """How skin follows bones: smooth weights along the surface, and blended rigid motions."""
 
 import numpy as np
-from scipy.sparse import coo_array, csc_array, dia_array
+from scipy.sparse import coo_array, csc_array
 from scipy.sparse.linalg import splu
 
 from workers.geometry.arrays import FloatArray, IntArray
@@ -106,7 +106,9 @@ def _diffusion(points: FloatArray, faces: IntArray, widths: FloatArray) -> _Impl
     doubled = np.linalg.norm(
         np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1
     )
-    masses = np.bincount(faces.ravel(), np.repeat(doubled / 6.0, 3), minlength=n)
+    masses: FloatArray = np.asarray(
+        np.bincount(faces.ravel(), np.repeat(doubled / 6.0, 3), minlength=n), dtype=np.float64
+    )
     rows, columns, values = [], [], []
     for i in range(3):
         j, k = (i + 1) % 3, (i + 2) % 3
@@ -119,8 +121,9 @@ def _diffusion(points: FloatArray, faces: IntArray, widths: FloatArray) -> _Impl
     row, column, value = (np.concatenate(part) for part in (rows, columns, values))
     edges = coo_array((value, (row, column)), shape=(n, n)).tocsc()
     conductances = edges + edges.T
-    diagonal = masses + conductances.sum(axis=0)
-    matrix = dia_array((diagonal[None], [0]), shape=(n, n)).tocsc() - conductances
+    diagonal = masses + np.asarray(conductances.sum(axis=0), dtype=np.float64)  # (n,)
+    places = np.arange(n)
+    matrix = coo_array((diagonal, (places, places)), shape=(n, n)).tocsc() - conductances
     return _Implicit(csc_array(matrix), masses)
 
 

@@ -6,25 +6,39 @@ import numpy as np
 
 from workers.geometry.creatures.skeleton import Skeleton
 from workers.geometry.creatures.species import (
+    arachnids,
     bipeds,
     birds,
+    cephalopods,
     fish,
+    furniture,
+    hands,
+    hoofed,
     insects,
-    quadrupeds,
+    leapers,
+    machines,
+    pawed,
+    plants,
     reptiles,
-    softbodies,
-    things,
+    serpents,
 )
 
 Builder = Callable[[np.random.Generator], Skeleton]
 
 BUILDERS: Mapping[str, Builder] = {
     **bipeds.SPECIES,
-    **quadrupeds.SPECIES,
+    **hoofed.SPECIES,
+    **pawed.SPECIES,
     **birds.SPECIES,
     **reptiles.SPECIES,
+    **leapers.SPECIES,
     **fish.SPECIES,
     **insects.SPECIES,
-    **softbodies.SPECIES,
-    **things.SPECIES,
+    **arachnids.SPECIES,
+    **cephalopods.SPECIES,
+    **serpents.SPECIES,
+    **hands.SPECIES,
+    **plants.SPECIES,
+    **furniture.SPECIES,
+    **machines.SPECIES,
 }

@@ -1,9 +1,10 @@
-"""Creatures on two legs with two arms."""
+"""Creatures with two arms and two legs."""
 
 from dataclasses import dataclass
 
 import numpy as np
 
+from workers.geometry.arrays import FloatArray
 from workers.geometry.creatures.builder import Body, X, Y, Z
 from workers.geometry.creatures.skeleton import Skeleton
 
@@ -13,7 +14,7 @@ class Build:
     """Proportions of an upright body that faces +x; lengths in metres or so.
 
     ``leg`` is the height of the hip, ``torso`` from hip to shoulder, ``arm`` from shoulder to
-    wrist; ``shoulder`` and ``hip`` are half widths; ``stoop`` leans the trunk forward in degrees.
+    wrist; ``shoulder`` and ``hip`` are half widths; ``girth`` and ``limb`` are factors.
     """
 
     leg: float = 0.88
@@ -25,7 +26,6 @@ class Build:
     neck: float = 0.12
     girth: float = 1.0
     limb: float = 1.0
-    stoop: float = 0.0
     hand: float = 0.085
 
 
@@ -34,8 +34,7 @@ def upright(rng: np.random.Generator, build: Build) -> Body:
     leg, torso = _vary(rng, build.leg, 0.07), _vary(rng, build.torso, 0.07)
     girth, thick = _vary(rng, build.girth, 0.14), _vary(rng, build.limb, 0.12)
     body = Body(rng, (0.0, leg, 0.0))
-    lean = np.radians(build.stoop)
-    up = np.array([np.sin(lean), np.cos(lean), 0.0])
+    up = np.array([0.0, 1.0, 0.0])
     base = np.array([0.0, leg, 0.0])
     spine = [base + share * torso * up for share in (0.0, 0.35, 0.72, 0.98)]
     body.limb(
@@ -47,7 +46,7 @@ def upright(rng: np.random.Generator, build: Build) -> Body:
         ratio=0.68,
     )
     top = base + torso * up
-    crown = top + build.neck * np.array([0.5 * np.sin(lean), 1.0, 0.0])
+    crown = top + build.neck * up
     body.limb("neck", "spine.2", [top, crown], (0.065 * girth, 0.055 * girth))
     head = body.vary(build.head, 0.07)
     face = crown + head * np.array([0.15, 0.75, 0.0])
@@ -65,7 +64,7 @@ def _vary(rng: np.random.Generator, value: float, spread: float) -> float:
     return float(value * (1.0 + spread * rng.uniform(-1.0, 1.0)))
 
 
-def _arms(body: Body, build: Build, top: np.ndarray, thick: float) -> None:
+def _arms(body: Body, build: Build, top: FloatArray, thick: float) -> None:
     """Add arms held away from the body, with a mitten and a thumb."""
     arm, wide = body.vary(build.arm, 0.07), body.vary(build.shoulder, 0.08)
     shoulder = top + np.array([0.0, -0.05, wide])
@@ -81,12 +80,21 @@ def _arms(body: Body, build: Build, top: np.ndarray, thick: float) -> None:
         mirrored=True,
     )
     body.limb(
-        "hand", "arm.1", [wrist, knuckle, tip], (0.036, 0.5 * build.hand, 0.34 * build.hand),
-        mirrored=True, flat=(0.3, 0.6, 0.75), ratio=0.6,
+        "hand",
+        "arm.1",
+        [wrist, knuckle, tip],
+        (0.036, 0.5 * build.hand, 0.34 * build.hand),
+        mirrored=True,
+        flat=(0.3, 0.6, 0.75),
+        ratio=0.6,
     )
     body.limb(
-        "thumb", "hand.0", [wrist + 0.3 * build.hand * ahead, wrist + build.hand * (ahead + np.array([0.75, 0.1, 0]))],
-        (0.022, 0.02), mirrored=True, rigid=True,
+        "thumb",
+        "hand.0",
+        [wrist + 0.3 * build.hand * ahead, wrist + build.hand * (ahead + np.array([0.75, 0.1, 0]))],
+        (0.022, 0.02),
+        mirrored=True,
+        rigid=True,
     )
 
 
@@ -96,14 +104,22 @@ def _legs(body: Body, build: Build, leg: float, thick: float) -> None:
     knee, ankle = (-0.0, 0.53 * leg, hip + 0.11 * leg), (-0.03, 0.075, hip + 0.17 * leg)
     calf = (-0.035, 0.4 * leg, hip + 0.125 * leg)
     body.limb(
-        "leg", "root", [(0, leg - 0.01, hip), knee, ankle], (0.098 * thick, 0.062 * thick, 0.042 * thick),
+        "leg",
+        "root",
+        [(0, leg - 0.01, hip), knee, ankle],
+        (0.098 * thick, 0.062 * thick, 0.042 * thick),
         mirrored=True,
     )
     body.blob("leg.1", calf, (0.05 * thick, 0.12 * leg, 0.05 * thick), mirrored=True)
     out = hip + 0.17 * leg
     body.limb(
-        "foot", "leg.1", [(-0.04, 0.045, out), (0.16, 0.035, out + 0.03)], (0.045, 0.042),
-        mirrored=True, flat=Y, ratio=0.8,
+        "foot",
+        "leg.1",
+        [(-0.04, 0.045, out), (0.16, 0.035, out + 0.03)],
+        (0.045, 0.042),
+        mirrored=True,
+        flat=Y,
+        ratio=0.8,
     )
 
 
@@ -135,8 +151,18 @@ def child(rng: np.random.Generator) -> Skeleton:
     """Short legs and arms, a large head, a round belly."""
     body = upright(
         rng,
-        Build(leg=0.46, torso=0.34, arm=0.36, shoulder=0.125, hip=0.07, head=0.125, neck=0.075,
-              girth=0.76, limb=0.78, hand=0.06),
+        Build(
+            leg=0.46,
+            torso=0.34,
+            arm=0.36,
+            shoulder=0.125,
+            hip=0.07,
+            head=0.125,
+            neck=0.075,
+            girth=0.76,
+            limb=0.78,
+            hand=0.06,
+        ),
     )
     body.blob("spine.0", body.at("spine.0", 0.9, (0.03, 0, 0)), (0.1, 0.11, 0.115))
     return body.skeleton(heading=80)
@@ -145,9 +171,10 @@ def child(rng: np.random.Generator) -> Skeleton:
 def ape(rng: np.random.Generator) -> Skeleton:
     """A gorilla on its knuckles: long strong arms, short bent legs, a crest, a heavy brow."""
     body = Body(rng, (-0.34, 0.5, 0.0))
-    arm, wide = body.vary(0.84, 0.08), body.vary(0.27, 0.08)
+    arm, wide = body.vary(0.84, 0.12), body.vary(0.27, 0.1)
+    girth = body.vary(1.0, 0.12)
     spine = [(-0.34, 0.5, 0), (-0.14, 0.64, 0), (0.06, 0.8, 0), (0.16, 0.9, 0)]
-    body.limb("spine", "root", spine, (0.185, 0.21, 0.235, 0.17))
+    body.limb("spine", "root", spine, [girth * k for k in (0.185, 0.21, 0.235, 0.17)])
     body.blob("spine.2", (0.06, 0.82, 0), (0.19, 0.16, wide), pitch=40)
     body.limb("neck", "spine.2", [(0.18, 0.94, 0), (0.28, 1.02, 0)], (0.15, 0.125))
     body.limb("head", "neck.0", [(0.3, 1.06, 0), (0.43, 0.97, 0)], (0.12, 0.08))
@@ -164,55 +191,17 @@ def ape(rng: np.random.Generator) -> Skeleton:
     body.curl("spine", Y, -22, 22)
     body.move(["neck.0", "head.0"], Y, -45, 45, shares=(0.5, 0.5))
     body.move(["neck.0", "head.0"], Z, -25, 20, shares=(0.5, 0.5))
-    body.move("arm.0", Z, -35, 65)
-    body.move("arm.0", X, -45, 5)
-    body.move("arm.1", Z, -10, 55)
+    body.move("arm.0", Z, -30, 50)
+    body.move("arm.0", X, -35, 5)
+    body.move("arm.1", Z, -10, 45)
     body.move("leg.0", Z, -30, 30)
     body.move("leg.1", Z, -20, 25)
     body.move("foot.0", Z, -15, 15)
     return body.skeleton(heading=18)
 
 
-def robot(rng: np.random.Generator) -> Skeleton:
-    """Boxes for head and trunk, pipes for limbs, an aerial."""
-    body = Body(rng, (0.0, 0.62, 0.0))
-    wide, tall = body.vary(0.22, 0.1), body.vary(0.25, 0.1)
-    body.limb("spine", "root", [(0, 0.66, 0), (0, 0.78, 0), (0, 0.9, 0)], (0.08, 0.08, 0.08), softness=0.12)
-    body.blob("root", (0, 0.63, 0), (0.12, 0.08, 0.17), power=8, softness=0.1)
-    body.blob("spine.1", (0, 0.83 + tall, 0), (0.16, tall, wide), power=8, softness=0.06)
-    top = 0.83 + 2 * tall
-    body.limb("neck", "spine.1", [(0, top - 0.02, 0), (0, top + 0.1, 0)], (0.065, 0.065), softness=0.1)
-    head = body.vary(0.15, 0.12)
-    body.blob("neck.0", (0.01, top + 0.08 + head, 0), (0.9 * head, head, 1.1 * head), power=8, softness=0.06)
-    crown = top + 0.07 + 2 * head
-    body.limb("aerial", "neck.0", [(0, crown, 0), (0, crown + 0.15, 0)], (0.027, 0.027), softness=0.1)
-    body.blob("aerial.0", (0, crown + 0.17, 0), (0.048, 0.048, 0.048))
-    body.blob("neck.0", (0.9 * head, top + 0.1 + 1.1 * head, 0.45 * head), (0.05, 0.045, 0.045), mirrored=True, softness=0.1)
-    arm, hand = wide + 0.09, top - 0.1
-    body.limb("shoulder", "spine.1", [(0, hand, wide - 0.03), (0, hand, arm)], (0.06, 0.06), mirrored=True, softness=0.1)
-    body.limb("arm", "shoulder.0", [(0, hand, arm), (0, hand - 0.22, arm + 0.14), (0.05, hand - 0.45, arm + 0.22)],
-              (0.065, 0.055, 0.055), mirrored=True, softness=0.1)
-    wrist = body.at("arm.1", 1.0)
-    body.blob("arm.1", wrist, (0.075, 0.06, 0.075), mirrored=True, power=6, softness=0.08)
-    for offset in (0.055, -0.055):
-        body.limb(f"claw{'a' if offset > 0 else 'b'}", "arm.1",
-                  [wrist + [offset, -0.02, 0], wrist + [1.3 * offset, -0.14, 0.02]], (0.028, 0.028),
-                  mirrored=True, softness=0.08)
-    body.limb("leg", "root", [(0, 0.62, 0.1), (0, 0.34, 0.16), (0, 0.08, 0.2)], (0.07, 0.06, 0.06), mirrored=True, softness=0.1)
-    body.blob("leg.0", (0.0, 0.34, 0.16), (0.075, 0.06, 0.07), mirrored=True, power=4, softness=0.08)
-    body.limb("foot", "leg.1", [(0, 0.06, 0.2), (0.1, 0.06, 0.2)], (0.05, 0.05), mirrored=True, softness=0.1)
-    body.blob("foot.0", (0.05, 0.05, 0.2), (0.14, 0.055, 0.09), mirrored=True, power=7, softness=0.06)
-    body.curl("spine", Y, -35, 35)
-    body.curl("spine", Z, -15, 8)
-    body.move("neck.0", Y, -45, 45)
-    body.move("aerial.0", X, -15, 15)
-    body.move("arm.0", Z, -50, 80)
-    body.move("arm.0", X, -50, 12)
-    body.move("arm.1", Z, 0, 80)
-    body.move("leg.0", Z, -30, 50)
-    body.move("leg.1", Z, -60, 0)
-    body.move("foot.0", Z, -15, 15)
-    return body.skeleton(heading=75)
-
-
-SPECIES = {"human": human, "child": child, "ape": ape, "robot": robot}
+SPECIES = {
+    "human": human,
+    "child": child,
+    "ape": ape,
+}

@@ -1,4 +1,4 @@
-"""Reptiles and a frog."""
+"""Reptiles on four bent legs."""
 
 import numpy as np
 
@@ -6,14 +6,32 @@ from workers.geometry.creatures.builder import Body, X, Y, Z
 from workers.geometry.creatures.skeleton import Skeleton
 
 
-def _sprawling(body: Body, name: str, parent: str, hip: tuple[float, float, float], reach: float, radius: float, lean: float) -> None:
+def _sprawling(
+    body: Body,
+    name: str,
+    parent: str,
+    hip: tuple[float, float, float],
+    reach: float,
+    radius: float,
+    lean: float,
+) -> None:
     """Add a leg that goes sideways and then down, with a flat foot."""
     x, y, z = hip
     elbow = (x + lean * 0.4 * reach, y - 0.02, z + 0.55 * reach)
     wrist = (x + lean * 0.1 * reach, 0.05, z + 0.8 * reach)
-    body.limb(name, parent, [hip, elbow, wrist], (1.2 * radius, radius, 0.85 * radius), mirrored=True)
-    body.limb(f"{name}foot", f"{name}.1", [wrist, (wrist[0] + 0.1, 0.03, wrist[2] + 0.04)], (0.8 * radius, 1.0 * radius), mirrored=True,
-              rigid=True, flat=Y, ratio=0.7)
+    body.limb(
+        name, parent, [hip, elbow, wrist], (1.2 * radius, radius, 0.85 * radius), mirrored=True
+    )
+    body.limb(
+        f"{name}foot",
+        f"{name}.1",
+        [wrist, (wrist[0] + 0.1, 0.03, wrist[2] + 0.04)],
+        (0.8 * radius, 1.0 * radius),
+        mirrored=True,
+        rigid=True,
+        flat=Y,
+        ratio=0.7,
+    )
     body.move(f"{name}.0", Y, -28, 28)
     body.move(f"{name}.0", X, -14, 12)
     body.move(f"{name}.1", Y, -25, 25)
@@ -26,21 +44,46 @@ def crocodile(rng: np.random.Generator) -> Skeleton:
     body.limb("rear", "root", [(0, 0.17, 0), (-0.28, 0.16, 0)], (0.17, 0.14), flat=Y, ratio=0.7)
     body.limb("chest", "root", [(0, 0.17, 0), (0.28, 0.16, 0)], (0.17, 0.135), flat=Y, ratio=0.7)
     points = [(-0.28 - tail * i / 6, 0.15 - 0.012 * i, 0) for i in range(7)]
-    body.limb("tail", "rear.0", points, np.linspace(0.125, 0.034, 7).tolist(), flat=Z, ratio=0.75)
+    body.limb("tail", "rear.0", points, np.linspace(0.135, 0.036, 7).tolist(), flat=Z, ratio=0.75)
     snout = body.vary(0.46, 0.12)
-    body.limb("neck", "chest.0", [(0.28, 0.16, 0), (0.45, 0.16, 0)], (0.12, 0.105), flat=Y, ratio=0.8)
-    body.limb("head", "neck.0", [(0.45, 0.16, 0), (0.56, 0.16, 0), (0.56 + snout, 0.14, 0)], (0.1, 0.11, 0.06), flat=Y, ratio=0.55)
-    body.blob("head.0", (0.56, 0.215, 0.05), (0.055, 0.04, 0.034), mirrored=True)
-    body.blob("head.1", (0.54 + snout, 0.165, 0), (0.05, 0.035, 0.05))
+    body.limb(
+        "neck", "chest.0", [(0.28, 0.16, 0), (0.45, 0.16, 0)], (0.12, 0.105), flat=Y, ratio=0.8
+    )
+    body.limb(
+        "head",
+        "neck.0",
+        [(0.45, 0.17, 0), (0.56, 0.19, 0), (0.56 + snout, 0.25, 0)],
+        (0.1, 0.115, 0.066),
+        flat=Y,
+        ratio=0.5,
+    )
+    body.limb(
+        "jaw",
+        "neck.0",
+        [(0.5, 0.12, 0), (0.53 + snout, 0.07, 0)],
+        (0.1, 0.056),
+        flat=Y,
+        ratio=0.45,
+        softness=0.1,
+    )
+    body.move("jaw.0", Z, -8, 3)
+    body.blob("head.0", (0.56, 0.25, 0.055), (0.055, 0.045, 0.036), mirrored=True)
+    body.blob("head.1", (0.54 + snout, 0.275, 0), (0.05, 0.035, 0.05))
     for i in range(4):
-        body.blob(f"tail.{i}", body.at(f"tail.{i}", 0.5, (0, 0.1 - 0.016 * i, 0)), (0.05, 0.045, 0.028), pitch=-20, softness=0.15)
+        body.blob(
+            f"tail.{i}",
+            body.at(f"tail.{i}", 0.5, (0, 0.1 - 0.016 * i, 0)),
+            (0.05, 0.045, 0.028),
+            pitch=-20,
+            softness=0.15,
+        )
     _sprawling(body, "foreleg", "chest.0", (0.24, 0.13, 0.09), 0.26, 0.055, -0.4)
     _sprawling(body, "hindleg", "rear.0", (-0.24, 0.13, 0.09), 0.28, 0.062, 0.5)
     for part, angle in (("tail", 75), ("rear", 14), ("chest", 14), ("neck", 22), ("head", 12)):
         body.curl(part, Y, -angle, angle)
     body.curl("tail", Z, -25, 15)
     body.curl("neck", Z, -8, 25)
-    return body.skeleton(heading=6)
+    return body.skeleton(heading=4, lean=16)
 
 
 def lizard(rng: np.random.Generator) -> Skeleton:
@@ -49,23 +92,38 @@ def lizard(rng: np.random.Generator) -> Skeleton:
     tail = body.vary(0.75, 0.12)
     body.limb("rear", "root", [(0, 0.1, 0), (-0.25, 0.1, 0)], (0.11, 0.075))
     body.limb("chest", "root", [(0, 0.1, 0), (0.22, 0.1, 0)], (0.11, 0.085))
-    body.limb("tail", "rear.0", [(-0.25 - tail * i / 8, 0.095, 0) for i in range(9)], np.linspace(0.07, 0.024, 9).tolist())
+    body.limb(
+        "tail",
+        "rear.0",
+        [(-0.25 - tail * i / 8, 0.095, 0) for i in range(9)],
+        np.linspace(0.07, 0.024, 9).tolist(),
+    )
     body.limb("neck", "chest.0", [(0.22, 0.1, 0), (0.32, 0.11, 0)], (0.075, 0.072))
     body.limb("head", "neck.0", [(0.36, 0.12, 0), (0.52, 0.11, 0)], (0.11, 0.06), flat=Y, ratio=0.7)
-    for name, parent, x, lean in (("foreleg", "chest.0", 0.19, 0.5), ("hindleg", "rear.0", -0.22, -0.4)):
+    for name, parent, x, lean in (
+        ("foreleg", "chest.0", 0.19, 0.5),
+        ("hindleg", "rear.0", -0.22, -0.4),
+    ):
         points = [(x, 0.09, 0.06), (x + 0.2 * lean, 0.1, 0.23), (x + 0.55 * lean, 0.05, 0.36)]
         body.limb(name, parent, points, (0.05, 0.04, 0.034), mirrored=True)
-        for toe, angle in enumerate((-75, -20, 35)):
+        for toe, angle in enumerate((-72, 0, 72)):
             turn = np.radians(angle + 60 * lean)
             end = np.array(points[-1]) + 0.13 * np.array([np.sin(turn), -0.15, np.cos(turn)])
-            body.limb(f"{name}toe{toe}", f"{name}.1", [points[-1], end], (0.03, 0.032), mirrored=True, rigid=True)
+            body.limb(
+                f"{name}toe{toe}",
+                f"{name}.1",
+                [points[-1], end],
+                (0.03, 0.032),
+                mirrored=True,
+                rigid=True,
+            )
         body.move(f"{name}.0", Y, -30, 30)
         body.move(f"{name}.1", Y, -30, 30)
         body.move(f"{name}.0", X, -10, 10)
     for part, angle in (("tail", 120), ("rear", 22), ("chest", 22), ("neck", 25)):
         body.curl(part, Y, -angle, angle)
     body.curl("tail", Z, -20, 20)
-    return body.skeleton(heading=20)
+    return body.skeleton(heading=35, lean=50)
 
 
 def turtle(rng: np.random.Generator) -> Skeleton:
@@ -75,13 +133,37 @@ def turtle(rng: np.random.Generator) -> Skeleton:
     dome = body.vary(0.24, 0.14)
     body.blob("root", (0, 0.2, 0), (long, dome, wide), softness=0.1)
     body.blob("root", (0, 0.15, 0), (1.08 * long, 0.075, 1.1 * wide), softness=0.1)
-    body.limb("neck", "root", [(long - 0.06, 0.16, 0), (long + 0.1, 0.2, 0), (long + 0.2, 0.25, 0)], (0.09, 0.08, 0.08), softness=0.15)
+    body.limb(
+        "neck",
+        "root",
+        [(long - 0.06, 0.16, 0), (long + 0.1, 0.2, 0), (long + 0.2, 0.25, 0)],
+        (0.09, 0.08, 0.08),
+        softness=0.15,
+    )
     body.blob("neck.1", (long + 0.25, 0.26, 0), (0.12, 0.09, 0.09), pitch=-8)
-    body.limb("flipper", "root", [(0.26, 0.13, 0.22), (0.34, 0.1, wide + 0.14), (0.24, 0.06, wide + 0.36)], (0.09, 0.1, 0.05), mirrored=True,
-              flat=(0.0, 0.97, 0.2), ratio=0.39, softness=0.15)
-    body.limb("paddle", "root", [(-0.3, 0.13, 0.18), (-0.44, 0.09, 0.32), (-0.54, 0.06, 0.42)], (0.08, 0.085, 0.06), mirrored=True,
-              flat=(0.0, 0.97, 0.2), ratio=0.39, softness=0.15)
-    body.limb("tail", "root", [(-long, 0.13, 0), (-long - 0.17, 0.1, 0)], (0.055, 0.03), softness=0.15)
+    body.limb(
+        "flipper",
+        "root",
+        [(0.26, 0.13, 0.22), (0.34, 0.1, wide + 0.14), (0.24, 0.06, wide + 0.36)],
+        (0.09, 0.1, 0.05),
+        mirrored=True,
+        flat=(0.0, 0.97, 0.2),
+        ratio=0.39,
+        softness=0.15,
+    )
+    body.limb(
+        "paddle",
+        "root",
+        [(-0.3, 0.13, 0.18), (-0.44, 0.09, 0.32), (-0.54, 0.06, 0.42)],
+        (0.08, 0.085, 0.06),
+        mirrored=True,
+        flat=(0.0, 0.97, 0.2),
+        ratio=0.39,
+        softness=0.15,
+    )
+    body.limb(
+        "tail", "root", [(-long, 0.13, 0), (-long - 0.17, 0.1, 0)], (0.055, 0.03), softness=0.15
+    )
     body.curl("neck", Y, -50, 50)
     body.curl("neck", Z, -30, 35)
     body.curl("flipper", Y, -40, 30)
@@ -92,54 +174,8 @@ def turtle(rng: np.random.Generator) -> Skeleton:
     return body.skeleton(heading=18)
 
 
-def dinosaur(rng: np.random.Generator) -> Skeleton:
-    """Tyrannosaurus: huge head and tail in balance over two strong legs, tiny arms."""
-    body = Body(rng, (0.0, 0.82, 0.0))
-    tail = body.vary(0.95, 0.1)
-    body.limb("spine", "root", [(-0.05, 0.84, 0), (0.18, 0.86, 0), (0.38, 0.94, 0)], (0.185, 0.2, 0.14), flat=Z, ratio=0.82)
-    body.limb("tail", "root", [(-0.05 - tail * i / 7, 0.84 + 0.01 * i, 0) for i in range(8)], np.linspace(0.17, 0.032, 8).tolist())
-    body.limb("neck", "spine.1", [(0.38, 0.94, 0), (0.48, 1.06, 0), (0.54, 1.18, 0)], (0.13, 0.105, 0.1))
-    snout = body.vary(0.33, 0.12)
-    body.limb("head", "neck.1", [(0.54, 1.21, 0), (0.58 + snout, 1.19, 0)], (0.135, 0.085), flat=Z, ratio=0.75)
-    body.limb("jaw", "neck.1", [(0.56, 1.11, 0), (0.54 + snout, 1.0, 0)], (0.065, 0.05), flat=Z, ratio=0.9, softness=0.1)
-    body.blob("head.0", (0.62, 1.3, 0.065), (0.06, 0.045, 0.035), mirrored=True)
-    body.limb("arm", "spine.1", [(0.4, 0.84, 0.1), (0.42, 0.72, 0.15), (0.53, 0.7, 0.15)], (0.042, 0.032, 0.032), mirrored=True)
-    body.limb("leg", "root", [(-0.02, 0.8, 0.13), (0.12, 0.5, 0.18), (-0.1, 0.28, 0.18), (0.0, 0.06, 0.18)], (0.165, 0.1, 0.062, 0.055), mirrored=True)
-    body.limb("toe", "leg.2", [(-0.02, 0.05, 0.18), (0.17, 0.04, 0.2)], (0.065, 0.05), mirrored=True, flat=Y, ratio=0.8)
-    body.curl("tail", Y, -80, 80)
-    body.curl("tail", Z, -35, 35)
-    body.curl("spine", Z, -18, 12)
-    body.curl("neck", Z, -25, 25)
-    body.curl("neck", Y, -40, 40)
-    body.move("jaw.0", Z, -12, 14)
-    body.move("arm.0", Z, -30, 30)
-    body.move("arm.1", Z, -20, 30)
-    body.move("leg.0", Z, -28, 32)
-    body.move("leg.1", Z, -30, 18)
-    body.move("leg.2", Z, -15, 35)
-    return body.skeleton(heading=0)
-
-
-def frog(rng: np.random.Generator) -> Skeleton:
-    """Squat, wide mouth, eyes on top, long folded hind legs with webbed feet."""
-    body = Body(rng, (0.0, 0.22, 0.0))
-    wide = body.vary(0.2, 0.1)
-    body.limb("spine", "root", [(-0.2, 0.2, 0), (0.0, 0.26, 0), (0.16, 0.32, 0)], (0.14, wide, 0.9 * wide), flat=Y, ratio=0.78)
-    body.limb("head", "spine.1", [(0.2, 0.34, 0), (0.32, 0.34, 0)], (0.18, 0.13), flat=Y, ratio=0.65)
-    body.blob("head.0", (0.24, 0.44, 0.12), (0.065, 0.07, 0.06), mirrored=True, softness=0.2)
-    body.limb("arm", "spine.1", [(0.14, 0.24, 0.16), (0.1, 0.15, 0.29), (0.19, 0.04, 0.3)], (0.06, 0.045, 0.04), mirrored=True)
-    body.limb("palm", "arm.1", [(0.19, 0.035, 0.3), (0.29, 0.03, 0.33)], (0.04, 0.06), mirrored=True, rigid=True, flat=Y, ratio=0.6)
-    body.limb("leg", "root", [(-0.2, 0.2, 0.1), (0.02, 0.2, 0.4), (-0.3, 0.1, 0.44), (-0.1, 0.05, 0.6)], (0.09, 0.075, 0.05, 0.04), mirrored=True)
-    body.limb("web", "leg.2", [(-0.1, 0.045, 0.6), (0.06, 0.035, 0.64)], (0.045, 0.1), mirrored=True, flat=Y, ratio=0.36)
-    body.curl("spine", Z, -10, 14)
-    body.move("head.0", Z, -12, 15)
-    body.move("head.0", Y, -18, 18)
-    body.move("arm.0", Y, -25, 25)
-    body.move("arm.1", X, -20, 20)
-    body.move("leg.0", Y, -10, 40)
-    body.move("leg.1", Y, -50, 5)
-    body.move("leg.2", Y, -15, 45)
-    return body.skeleton(heading=35)
-
-
-SPECIES = {"crocodile": crocodile, "lizard": lizard, "turtle": turtle, "dinosaur": dinosaur, "frog": frog}
+SPECIES = {
+    "crocodile": crocodile,
+    "lizard": lizard,
+    "turtle": turtle,
+}

@@ -1,0 +1,26 @@
+"""The figure of all species, twice each: at rest and in a pose."""
+
+import numpy as np
+
+from workers.geometry.creatures.individual import SPECIES, make_creature
+from workers.geometry.rendering import Picture, contact_sheet, render
+
+
+def draw_species(*, size: int = 168, columns: int = 5, seed: int = 0) -> Picture:
+    """Contact sheet of every species with its name, (height, width, 3) uint8.
+
+    Parameters
+    ----------
+    size : int
+        Pixels of one drawing; each species takes two, at rest and posed.
+    columns : int
+        Species in a row.
+    seed : int
+        Of the individuals and their poses.
+    """
+    cells = []
+    for species in SPECIES:
+        creature = make_creature(species, seed=seed)
+        pair = [render(mesh, size=size) for mesh in (creature.rest, creature.posed(seed))]
+        cells.append(np.concatenate(pair, axis=1))  # (size, 2 size, 4)
+    return contact_sheet(cells, columns=columns, labels=SPECIES)
