@@ -25,6 +25,7 @@ from service.api import (
 )
 from service.body_limit import BodyLimit
 from service.dependencies import Services, uploads_path
+from service.documentation import add_documentation
 from service.errors import add_error_handlers
 from service.metrics import Metrics
 from service.openapi import DESCRIPTION, TAGS, install_openapi
@@ -70,6 +71,7 @@ def create_app(settings: Settings | None = None) -> FastAPI:
         version=_version(),
         license_info={"name": "Apache-2.0", "identifier": "Apache-2.0"},
         openapi_tags=TAGS,
+        docs_url=None,
         redoc_url=None,
         redirect_slashes=False,
         lifespan=_lifespan(settings),
@@ -82,6 +84,7 @@ def create_app(settings: Settings | None = None) -> FastAPI:
     for module in ROUTERS:
         app.include_router(module.router)
     install_openapi(app)
+    add_documentation(app)
     return app
 
 

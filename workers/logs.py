@@ -30,7 +30,10 @@ def configure_logs(*, level: str = "info", form: str = "auto") -> None:
         cache_logger_on_first_use=False,
     )
     renderer: structlog.typing.Processor = (
-        structlog.dev.ConsoleRenderer(colors=sys.stderr.isatty())
+        structlog.dev.ConsoleRenderer(
+            colors=sys.stderr.isatty(),
+            exception_formatter=structlog.dev.plain_traceback,  # others print locals: tokens
+        )
         if people
         else structlog.processors.JSONRenderer()
     )

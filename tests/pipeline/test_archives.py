@@ -98,6 +98,12 @@ def test_too_many_entries_or_bytes_refuse_the_whole(tmp_path: Path) -> None:
         read(write_zip(tmp_path, {f"{n}.off": bytes(200_000) for n in range(6)}))
 
 
+def test_a_directory_that_is_too_long_is_refused_unread(tmp_path: Path) -> None:
+    path = write_zip(tmp_path, {f"{n}{'x' * 900}.off": b"" for n in range(12)})
+    with pytest.raises(UploadTooLargeError, match="the archive's directory has"):
+        read(path)
+
+
 @pytest.mark.parametrize("cut", [0, 10, 60, -5])
 def test_what_is_no_archive_is_refused(tmp_path: Path, cut: int) -> None:
     path = write_zip(tmp_path, {"a.off": b"OFF" * 50})

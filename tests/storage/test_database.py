@@ -48,7 +48,7 @@ def test_migrating_from_several_processes_at_once_does_no_harm(settings: Setting
 def test_the_schema_can_be_taken_back(database: Database) -> None:
     with database.begin() as session:
         command.downgrade(migration_config(session.connection()), "base")
-    migrate_schema(database)
+        migrate_schema(session)
 
 
 def test_many_writers_never_meet_a_locked_database(database: Database) -> None:

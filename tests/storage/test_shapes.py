@@ -22,7 +22,7 @@ from workers.storage.collections import (
     page_of_collections,
 )
 from workers.storage.database import Database
-from workers.storage.descriptors import store_descriptors
+from workers.storage.descriptors import store_descriptors, store_query_vectors
 from workers.storage.jobs import INGEST, NewPart, create_job
 from workers.storage.models import Shape
 from workers.storage.parts import claim_part
@@ -143,5 +143,6 @@ def test_models_in_use_or_built_in_stay(database: Database) -> None:
             with pytest.raises(ConflictError):
                 delete_model(session, name)
         delete_collection(session, "zoo")
+        store_query_vectors(session, "0" * 64, [("mine", b"1234")])
         session.flush()
         delete_model(session, "mine")

@@ -15,6 +15,9 @@ TEXTS = frozenset({".txt", ".md", ".csv", ".json", ".xml", ".html", ".pdf", ".in
 TABLES = frozenset({".vert", ".xyz", ".cor", ".map", ".db"})
 ANCILLARY = PICTURES | TEXTS | TABLES
 CHUNK = 1 << 20
+END_RECORD, LONG_END_RECORD = b"PK\x05\x06", b"PK\x06\x06"
+END_SEARCHED = 22 + 65_535 + 20 + 56 + 1024  # record, comment, locator, long record, some more
+DIRECTORY_BYTES_AN_ENTRY = 1024
 
 
 @dataclass(frozen=True)
@@ -39,6 +42,7 @@ def read_archive(path: Path, settings: Settings) -> Iterator[Entry | Failure]:
         It holds more entries or bytes than the settings allow.
     """
     try:
+        _check_end_record(path, settings)
         with zipfile.ZipFile(path) as archive:
             _check_directory(archive.infolist(), settings)
             for info in archive.infolist():
@@ -46,6 +50,30 @@ def read_archive(path: Path, settings: Settings) -> Iterator[Entry | Failure]:
                     yield _read_entry(archive, info, settings)
     except zipfile.BadZipFile as error:
         raise UnsupportedFormatError(f"the zip archive cannot be read: {error}") from None
+
+
+def _check_end_record(path: Path, settings: Settings) -> None:
+    """Refuse a directory that is too long before anything reads it into memory.
+
+    Its length stands in the end record, and for archives of more than 4 GB or 65,535 entries in
+    another record before it.
+    """
+    with path.open("rb") as file:
+        start = max(0, path.stat().st_size - END_SEARCHED)
+        file.seek(start)
+        tail = file.read()
+    at = tail.rfind(END_RECORD)
+    if at < 0 or len(tail) < at + 22:
+        raise zipfile.BadZipFile("it has no directory")
+    length = int.from_bytes(tail[at + 12 : at + 16], "little")
+    if length == 0xFFFFFFFF:
+        at = tail.rfind(LONG_END_RECORD)
+        length = int.from_bytes(tail[at + 40 : at + 48], "little") if at >= 0 else 0
+    allowed = settings.max_zip_entries * DIRECTORY_BYTES_AN_ENTRY
+    if length > allowed:
+        raise UploadTooLargeError(
+            f"the archive's directory has {length} bytes, allowed are {allowed}"
+        )
 
 
 def _check_directory(entries: list[zipfile.ZipInfo], settings: Settings) -> None:

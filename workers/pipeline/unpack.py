@@ -60,7 +60,7 @@ def _store(bench: Workbench, claim: Claim, batch: list[Entry | Failure]) -> list
         if collection is None:
             return []
         new: list[str] = []
-        for shape in shapes:
+        for shape in sorted(shapes, key=lambda shape: shape.sha256):  # as uploads lock
             shape_id, created = create_shape(session, collection.id, shape)
             if created:
                 new.append(shape_id)

@@ -10,6 +10,7 @@ import structlog
 from alembic import command
 from alembic.config import Config
 from sqlalchemy import Connection, text
+from sqlalchemy.orm import Session
 
 from workers.logs import configure_logs
 from workers.retrieval.builtin import built_in_models
@@ -29,21 +30,22 @@ def migration_config(connection: Connection) -> Config:
     return config
 
 
-def migrate_schema(database: Database, revision: str = "head") -> None:
-    """Bring the schema to a revision, in one transaction."""
-    with database.begin() as session:
-        connection = session.connection()
-        if not database.is_sqlite:
-            connection.execute(text("SELECT pg_advisory_xact_lock(:n)"), {"n": ADVISORY_LOCK})
-        command.upgrade(migration_config(connection), revision)
+def migrate_schema(session: Session, revision: str = "head") -> None:
+    """Bring the schema to a revision; on PostgreSQL, one process at a time until the commit."""
+    connection = session.connection()
+    if connection.dialect.name == "postgresql":
+        connection.execute(text("SELECT pg_advisory_xact_lock(:n)"), {"n": ADVISORY_LOCK})
+    command.upgrade(migration_config(connection), revision)
 
 
 def migrate(settings: Settings) -> None:
     """Bring the settings' database to the newest schema, with the built-in models in it."""
     database = Database(settings.resolved_database_url)
     try:
-        migrate_schema(database)
-        ensure_models(database, built_in_models(working_vertices=settings.working_vertices))
+        with database.begin() as session:
+            migrate_schema(session)
+            models = built_in_models(working_vertices=settings.working_vertices)
+            ensure_models(session, models)
     finally:
         database.dispose()
 

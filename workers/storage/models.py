@@ -184,7 +184,7 @@ class Query(Base):
     id: Mapped[str] = mapped_column(String(36), primary_key=True)
     collection_id: Mapped[str] = mapped_column(ForeignKey("collections.id", ondelete="CASCADE"))
     job_id: Mapped[str | None] = mapped_column(String(36))
-    sha256: Mapped[str] = mapped_column(String(64))
+    sha256: Mapped[str] = mapped_column(String(64), index=True)
     model: Mapped[str] = mapped_column(String(63))
     parameters: Mapped[Json] = mapped_column(JSON)
     created_at: Mapped[float] = mapped_column(Double)

@@ -9,28 +9,32 @@ from sqlalchemy.orm import Session
 from workers.errors import ConflictError, ModelNotFoundError, ModelNotReadyError
 from workers.retrieval.model import Model
 from workers.storage.change_feed import ensure_counter
-from workers.storage.database import Database
-from workers.storage.models import Collection, CollectionModel, Descriptor, TrainedModel
+from workers.storage.models import (
+    Collection,
+    CollectionModel,
+    Descriptor,
+    QueryDescriptor,
+    TrainedModel,
+)
 from workers.storage.paging import Page, cut_page, decode_cursor
 
 
-def ensure_models(database: Database, models: Iterable[Model]) -> None:
+def ensure_models(session: Session, models: Iterable[Model]) -> None:
     """Write the built-in models that are missing; one that is there stays as it is."""
-    with database.begin() as session:
-        ensure_counter(session)
-        known = set(session.scalars(select(TrainedModel.name)))
-        for model in models:
-            if model.name not in known:
-                session.add(
-                    TrainedModel(
-                        name=model.name,
-                        method=model.method,
-                        state="ready",
-                        built_in=True,
-                        definition=model.to_json(),
-                        created_at=time.time(),
-                    )
+    ensure_counter(session)
+    known = set(session.scalars(select(TrainedModel.name)))
+    for model in models:
+        if model.name not in known:
+            session.add(
+                TrainedModel(
+                    name=model.name,
+                    method=model.method,
+                    state="ready",
+                    built_in=True,
+                    definition=model.to_json(),
+                    created_at=time.time(),
                 )
+            )
 
 
 def get_model_row(session: Session, name: str) -> TrainedModel:
@@ -87,4 +91,5 @@ def delete_model(session: Session, name: str) -> None:
         raise ConflictError(f"the model {name!r} is in use by collection {', '.join(users)}")
     session.execute(delete(CollectionModel).where(CollectionModel.model == name))
     session.execute(delete(Descriptor).where(Descriptor.model == name))
+    session.execute(delete(QueryDescriptor).where(QueryDescriptor.model == name))
     session.delete(row)

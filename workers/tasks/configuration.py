@@ -58,7 +58,10 @@ def make_celery(settings: Settings) -> Celery:
             "socket_connect_timeout": 2,
             "socket_keepalive": True,
             "retry_on_timeout": True,
-            "max_retries": 1,
+            "max_retries": 1,  # a request does not wait for a broker that is down
+            "interval_start": 0,
+            "interval_step": 0.05,
+            "interval_max": 0.1,
         },
         task_publish_retry=False,
     )

@@ -1,4 +1,4 @@
-"""tables."""
+"""The first tables."""
 
 from collections.abc import Sequence
 
@@ -144,6 +144,9 @@ def upgrade() -> None:
         ),
         sa.PrimaryKeyConstraint("id", name=op.f("pk_queries")),
     )
+    with op.batch_alter_table("queries", schema=None) as batch_op:
+        batch_op.create_index(batch_op.f("ix_queries_sha256"), ["sha256"], unique=False)
+
     op.create_table(
         "shapes",
         sa.Column("id", sa.String(length=36), nullable=False),
@@ -188,6 +191,9 @@ def downgrade() -> None:
         batch_op.drop_index(batch_op.f("ix_shapes_collection_id"))
 
     op.drop_table("shapes")
+    with op.batch_alter_table("queries", schema=None) as batch_op:
+        batch_op.drop_index(batch_op.f("ix_queries_sha256"))
+
     op.drop_table("queries")
     op.drop_table("collection_models")
     op.drop_table("query_descriptors")
