@@ -8,7 +8,7 @@ import typer
 from rich.markup import escape
 
 from service.cli.connection import local
-from service.cli.console import CommandError, Output
+from service.cli.console import Output
 from service.serve import serve
 from service.supervisor import commands
 from service.supervisor.events import Event, Report
@@ -133,7 +133,7 @@ def worker(
     chosen = [queue.strip() for queue in queues.split(",") if queue.strip()]
     unknown = sorted(set(chosen) - set(commands.QUEUES))
     if unknown or not chosen:
-        raise CommandError(f"--queues is {queues!r}; known are {', '.join(commands.QUEUES)}")
+        raise typer.BadParameter(f"--queues is {queues!r}; known are {', '.join(commands.QUEUES)}")
     settings = service_settings(worker_processes=workers)
     commands.replace_process(
         commands.worker_command(settings, queues=chosen, name=name),

@@ -2,7 +2,7 @@
 
 import contextlib
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Annotated
@@ -49,14 +49,12 @@ def upload(
     model = ensure_collection(session.client, collection)["model"]
     result = upload_files(session.client, session.output, collection, files, wait=wait)
     summary = result.summary(collection, len(files))
-    tell_result(session.output, result, summary)
-    session.output.show(
-        summary,
-        f"[bold]{escape(collection)}[/] (model {escape(model)}): "
-        f"{summary['shapes']} ready, {len(result.errors)} failed"
-        if wait
-        else f"{len(files)} files sent to [bold]{escape(collection)}[/]; see proteus jobs list",
-    )
+    told = f"{summary['shapes']} ready, {len(result.errors)} failed"
+    if not wait:
+        told = f"{len(files)} files sent; proteus jobs list says how far they are"
+    if result.errors and not session.output.as_json:
+        session.output.console.print(errors_table(result.errors, title="[red]failed[/]"))
+    session.output.show(summary, f"[bold]{escape(collection)}[/] (model {escape(model)}): {told}")
     if result.errors:
         raise typer.Exit(EXIT_FAILED)
 
@@ -103,12 +101,6 @@ class UploadResult:
             "errors": self.errors,
             "jobs": [job["id"] for job in self.jobs],
         }
-
-
-def tell_result(output: Output, result: UploadResult, summary: Document) -> None:
-    """Say which shapes failed and why."""
-    if result.errors and not output.as_json:
-        output.console.print(errors_table(result.errors, title="[red]failed[/]"))
 
 
 def upload_files(
@@ -178,7 +170,9 @@ class _Upload:
             self._watches.append(JobWatch(self._client, answer["job"]))
 
     def _post(self, batch: Sequence[UploadFile]) -> Document:
-        advance: Callable[[int], None] = lambda count: self._bars.advance(self._sent_bar, count)  # noqa: E731
+        def advance(count: int) -> None:
+            self._bars.advance(self._sent_bar, count)
+
         with contextlib.ExitStack() as stack:
             parts = [
                 ("files", (file.path.name, stack.enter_context(CountingFile(file.path, advance))))
@@ -219,4 +213,10 @@ class _Upload:
     def result(self) -> UploadResult:
         """Return what became of it."""
         jobs = [watch.job for watch in self._watches]
-        return UploadResult(jobs, [*self._errors, *(e for job in jobs for e in job["errors"])])
+        cut_short = [
+            {"item": job["id"], "type": None, "detail": f"the job {job['state']}"}
+            for job in jobs
+            if job["state"] in {"failed", "cancelled"} and not job["errors"]
+        ]
+        named = [error for job in jobs for error in job["errors"]]
+        return UploadResult(jobs, [*self._errors, *named, *cut_short])

@@ -179,3 +179,21 @@ def test_two_workers_give_the_same_bytes(fleet: Fleet) -> None:
             blob.unlink()
     assert None not in found[0]
     assert found[0] == found[1]
+
+
+def test_no_pool_process_outlives_a_killed_worker(fleet: Fleet) -> None:
+    fleet.upload(potato(1))
+    with fleet.worker(processes=2) as worker:
+        fleet.send_all()
+        fleet.wait_until(fleet.all_ended)
+        children = Path(f"/proc/{worker.pid}/task/{worker.pid}/children").read_text().split()
+        os.kill(worker.pid, signal.SIGKILL)
+        assert len(children) >= 2
+        fleet.wait_until(lambda: not any(_is_alive(child) for child in children), seconds=10)
+
+
+def _is_alive(process: str) -> bool:
+    try:
+        return Path(f"/proc/{process}/stat").read_text().rsplit(")", 1)[1].split()[0] != "Z"
+    except OSError:
+        return False

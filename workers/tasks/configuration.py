@@ -24,7 +24,7 @@ def make_celery(settings: Settings) -> Celery:
     celery = Celery(
         "proteus",
         broker=settings.resolved_broker_url,
-        include=["workers.tasks.run", "workers.tasks.sweep"],
+        include=["workers.tasks.run", "workers.tasks.sweep", "workers.tasks.orphans"],
     )
     queues: list[Any] = [Queue(queue_name(settings, name)) for name in (LIGHT, INGEST)]  # type: ignore[no-untyped-call]
     celery.conf.update(
