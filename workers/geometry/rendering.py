@@ -5,7 +5,7 @@ class, and all poses of a shape, are seen from the same side; only the frame fol
 """
 
 import io
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from typing import Literal
 
 import numpy as np
@@ -15,6 +15,7 @@ from PIL import Image, ImageDraw, ImageFont
 from workers.errors import InvalidRequestError
 from workers.geometry.arrays import BoolArray, FloatArray, IntArray
 from workers.geometry.mesh import TriangleMesh
+from workers.geometry.rasterising import rasterise
 
 Picture = NDArray[np.uint8]
 
@@ -24,8 +25,6 @@ _AZIMUTH, _ELEVATION = np.radians(35.0), np.radians(25.0)
 _CREASE = np.cos(np.radians(40.0))  # corners bent more than this keep the normal of their face
 _KEY = np.array([-0.42, 0.66, 0.62])  # direction to the light, in the camera's frame
 _FILL = np.array([0.85, -0.05, 0.52])
-_BLOCK = 1 << 16  # faces in work at a time
-_BUDGET = 1.2e7  # pixels covered by all faces together; beyond it faces are left out evenly
 
 
 def render(
@@ -70,7 +69,7 @@ def render(
     colours = np.zeros((pixels * pixels, 3))
     vertices, faces = _finite(mesh)
     screen = _project(vertices, camera, pixels)  # (n, 3)
-    face, weights = _rasterise(screen, faces, pixels)  # (p²,), (p², 3)
+    face, weights = rasterise(screen, faces, pixels)  # (p²,), (p², 3)
     hit = face >= 0
     normals = _corner_normals(screen, faces[face[hit]], _vertex_normals(screen, faces))
     shading = _shade(np.einsum("hc,hcd->hd", weights[hit], normals))  # (hits,)
@@ -113,7 +112,9 @@ def encode_png(image: Picture, *, palette: int | None = None) -> bytes:
     """Bytes of a PNG file; with a palette of at most that many colours it is a third as large."""
     picture = Image.fromarray(image)
     if palette is not None:
-        picture = picture.quantize(palette, method=Image.Quantize.FASTOCTREE)
+        opaque = picture.mode == "RGB"
+        method = Image.Quantize.MEDIANCUT if opaque else Image.Quantize.FASTOCTREE
+        picture = picture.quantize(palette, method=method)
     buffer = io.BytesIO()
     picture.save(buffer, format="PNG", optimize=True)
     return buffer.getvalue()
@@ -212,95 +213,6 @@ def _shade(normals: FloatArray) -> FloatArray:
 def _wrapped(cosine: FloatArray) -> FloatArray:
     """Light of a large source: it reaches a little beyond the terminator."""
     return np.clip((cosine + 0.25) / 1.25, 0.0, None) ** 1.4
-
-
-def _rasterise(screen: FloatArray, faces: IntArray, pixels: int) -> tuple[IntArray, FloatArray]:
-    """The nearest face at each pixel, (p²,), -1 for none, and barycentric weights, (p², 3)."""
-    height = np.full(pixels * pixels, -np.inf)
-    nearest = np.full(pixels * pixels, -1, dtype=np.int64)
-    for block in _blocks(screen, faces):
-        corners = screen[faces[block]]  # (b, 3, 3)
-        edges, area = _edge_functions(corners)
-        rows, which = _rows(corners, area, pixels)  # (r,), (r,)
-        first, last = _spans(edges[which], rows, pixels)  # (r,), (r,)
-        row, column = _ranges(first, last)  # (q,) which row, and the column
-        weights = np.einsum(  # (q, 3)
-            "qce,eq->qc",
-            edges[which[row]],
-            np.stack([column + 0.5, rows[row] + 0.5, np.ones(len(row))]),
-        )
-        level = np.einsum("qc,qc->q", weights, corners[which[row], :, 2])
-        cell = rows[row] * pixels + column
-        np.maximum.at(height, cell, level)
-        won = level >= height[cell]
-        nearest[cell[won]] = block[which[row[won]]]
-    hit = np.flatnonzero(nearest >= 0)
-    edges, _ = _edge_functions(screen[faces[nearest[hit]]])
-    weights = np.zeros((pixels * pixels, 3))
-    place = np.stack([hit % pixels + 0.5, hit // pixels + 0.5, np.ones(len(hit))])  # (3, hits)
-    weights[hit] = np.clip(np.einsum("qce,eq->qc", edges, place), 0.0, 1.0)
-    return nearest, weights
-
-
-def _blocks(screen: FloatArray, faces: IntArray) -> Iterator[IntArray]:
-    """Face numbers in parts that fit into memory; a part of the faces if they cover too much."""
-    costs = []
-    for start in range(0, len(faces), _BLOCK):
-        corners = screen[faces[start : start + _BLOCK]]
-        costs.append(np.abs(_doubled_areas(corners)) / 2 + np.ptp(corners[:, :, 1], axis=1) + 1)
-    cost = np.concatenate(costs) if costs else np.zeros(0)  # (m,) about the pixels covered
-    step = max(1, int(np.ceil(cost.sum() / _BUDGET)))
-    kept = np.arange(0, len(faces), step)
-    parts = np.cumsum(cost[kept]) // 1e6 + np.arange(len(kept)) // _BLOCK  # grows
-    yield from np.split(kept, np.flatnonzero(np.diff(parts)) + 1)
-
-
-def _doubled_areas(corners: FloatArray) -> FloatArray:
-    """Twice the signed areas in the picture, (b,)."""
-    a, b, c = (corners[:, i, :2] for i in range(3))
-    areas: FloatArray = (b - a)[:, 0] * (c - a)[:, 1] - (b - a)[:, 1] * (c - a)[:, 0]
-    return areas
-
-
-def _edge_functions(corners: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Barycentric weight of each corner as a x + b y + c, (b, 3, 3), and doubled areas (b,)."""
-    area = _doubled_areas(corners)
-    area = np.where(np.abs(area) < 1e-9, np.inf, area)  # seen as a line: weights are 0
-    start, end = corners[:, [1, 2, 0], :2], corners[:, [2, 0, 1], :2]
-    slope_x, slope_y = start[:, :, 1] - end[:, :, 1], end[:, :, 0] - start[:, :, 0]  # (b, 3)
-    constant = -(slope_x * start[:, :, 0] + slope_y * start[:, :, 1])
-    return np.stack([slope_x, slope_y, constant], axis=2) / area[:, None, None], area
-
-
-def _rows(corners: FloatArray, area: FloatArray, pixels: int) -> tuple[IntArray, IntArray]:
-    """Rows of pixel centres that each face meets, (r,), and the face of each, (r,)."""
-    first = np.clip(np.ceil(corners[:, :, 1].min(axis=1) - 0.5), 0, pixels)
-    last = np.clip(np.floor(corners[:, :, 1].max(axis=1) - 0.5), -1, pixels - 1)
-    last = np.where(np.isfinite(area), last, first - 1)
-    which, rows = _ranges(first.astype(np.int64), last.astype(np.int64))
-    return rows, which
-
-
-def _spans(edges: FloatArray, rows: IntArray, pixels: int) -> tuple[IntArray, IntArray]:
-    """First and last column whose centre has three weights of at least 0, (r,) and (r,)."""
-    slope = edges[:, :, 0]  # (r, 3)
-    rest = edges[:, :, 1] * (rows[:, None] + 0.5) + edges[:, :, 2]  # (r, 3)
-    flat = np.abs(slope) < 1e-12
-    crossing = -rest / np.where(flat, 1.0, slope)
-    low = np.where((slope > 0) & ~flat, crossing, -np.inf).max(axis=1)
-    high = np.where((slope < 0) & ~flat, crossing, np.inf).min(axis=1)
-    outside = (flat & (rest < -1e-9)).any(axis=1)
-    first = np.clip(np.ceil(low - 0.5 - 1e-7), 0, pixels)
-    last = np.clip(np.floor(high - 0.5 + 1e-7), -1, pixels - 1)
-    return first.astype(np.int64), np.where(outside, first - 1, last).astype(np.int64)
-
-
-def _ranges(first: IntArray, last: IntArray) -> tuple[IntArray, IntArray]:
-    """All whole numbers from first to last of each pair: which pair (q,), and the number (q,)."""
-    counts = np.maximum(last - first + 1, 0)
-    which = np.repeat(np.arange(len(counts)), counts)  # (q,)
-    start = np.cumsum(counts) - counts
-    return which, np.arange(len(which)) - start[which] + first[which]
 
 
 def _develop(

@@ -1,13 +1,17 @@
 """The figure of all species, twice each: at rest and in a pose."""
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from workers.geometry.creatures.individual import SPECIES, make_creature
 from workers.geometry.rendering import Picture, contact_sheet, render
 
 
-def draw_species(*, size: int = 168, columns: int = 5, seed: int = 0) -> Picture:
-    """Contact sheet of every species with its name, (height, width, 3) uint8.
+def draw_species(
+    species: Sequence[str] = SPECIES, *, size: int = 160, columns: int = 6, seed: int = 0
+) -> Picture:
+    """Contact sheet of species with their names, (height, width, 3) uint8.
 
     Parameters
     ----------
@@ -19,8 +23,8 @@ def draw_species(*, size: int = 168, columns: int = 5, seed: int = 0) -> Picture
         Of the individuals and their poses.
     """
     cells = []
-    for species in SPECIES:
-        creature = make_creature(species, seed=seed)
+    for name in species:
+        creature = make_creature(name, seed=seed)
         pair = [render(mesh, size=size) for mesh in (creature.rest, creature.posed(seed))]
         cells.append(np.concatenate(pair, axis=1))  # (size, 2 size, 4)
-    return contact_sheet(cells, columns=columns, labels=SPECIES)
+    return contact_sheet(cells, columns=columns, labels=species)

@@ -3,6 +3,7 @@
 import hashlib
 import math
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -13,6 +14,7 @@ from workers.geometry.creatures.implicit import evaluate, extract_surface, thick
 from workers.geometry.creatures.relaxation import relax
 from workers.geometry.creatures.skeleton import Skeleton
 from workers.geometry.creatures.skinning import blend, bone_motions, skin_weights
+from workers.geometry.creatures.slivers import drop_slivers
 from workers.geometry.creatures.species import BUILDERS
 from workers.geometry.mesh import TriangleMesh
 
@@ -49,6 +51,10 @@ class Creature:
         """Freeze the weights."""
         object.__setattr__(self, "weights", read_only(self.weights, np.float64))
 
+    @cached_property
+    def _clearance(self) -> Clearance:
+        return Clearance(self.skeleton)
+
     def posed(self, seed: int, *, strength: float = 1.0) -> TriangleMesh:
         """A pose: every motion of the species at a random angle within its range.
 
@@ -72,10 +78,9 @@ class Creature:
         low = np.array([motion.low for motion in motions])
         high = np.array([motion.high for motion in motions])
         angles = strength * rng.uniform(low, high)
-        clearance = Clearance(self.skeleton)
         for _ in range(_ATTEMPTS):
             moved = bone_motions(self.skeleton, angles)
-            guilty = clearance.offenders(moved)  # (b,)
+            guilty = self._clearance.offenders(moved)  # (b,)
             if not guilty.any():
                 break
             calm = [_CALMER if guilty[motion.bones].any() else 1.0 for motion in motions]
@@ -112,6 +117,7 @@ def make_creature(species: str, *, seed: int, vertices: int = 4000) -> Creature:
     points, faces, spacing = extract_surface(skeleton.parts, vertices)
     parts = thickened(skeleton.parts, spacing)
     points = relax(points, faces, lambda places: evaluate(parts, places), spacing)
+    points, faces = drop_slivers(points, faces)
     weights = skin_weights(skeleton, parts, points, faces)
     return Creature(species, seed, TriangleMesh(points, faces), skeleton, weights)
 

@@ -154,7 +154,7 @@ def crab(rng: np.random.Generator) -> Skeleton:
         [
             beside(top, 0.02, 0.0, 0.05),
             beside(top, 0.16 * claw, 0.02, 0.085),
-            beside(top, 0.31 * claw, 0.03, 0.01),
+            beside(top, 0.31 * claw, 0.03, 0.04),
         ],
         (0.05, 0.048, 0.027),
         mirrored=True,
@@ -167,7 +167,7 @@ def crab(rng: np.random.Generator) -> Skeleton:
         [
             beside(top, 0.02, 0.0, -0.05),
             beside(top, 0.13 * claw, 0.02, -0.12),
-            beside(top, 0.25 * claw, 0.03, -0.11),
+            beside(top, 0.25 * claw, 0.03, -0.13),
         ],
         (0.045, 0.042, 0.027),
         mirrored=True,
