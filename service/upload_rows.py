@@ -19,10 +19,10 @@ PASSING_ERRORS = frozenset({"cancelled", "computation-lost", "internal-error"})
 
 @dataclass(frozen=True)
 class Upload:
-    """What was received: meshes and, by their hashes, archives."""
+    """What was received: meshes, and the names of archives by their hashes."""
 
     shapes: tuple[NewShape, ...]
-    archives: tuple[str, ...]
+    archives: Mapping[str, str]
     label: str | None
     attributes: Mapping[str, Any]
 
@@ -46,10 +46,14 @@ def store_upload(session: Session, collection: Collection, upload: Upload) -> St
     again = _queue_again(session, ids.keys() - new)
     known = [shape_id for shape_id in ids if shape_id not in new and shape_id not in again]
     parts = [ingest_part(shape_id) for shape_id in ids if shape_id in new or shape_id in again]
-    for sha256 in upload.archives:
+    for sha256, filename in upload.archives.items():
         parts.append(
             unpack_part(
-                collection.id, sha256, label=upload.label, attributes=dict(upload.attributes)
+                collection.id,
+                sha256,
+                filename=filename,
+                label=upload.label,
+                attributes=dict(upload.attributes),
             )
         )
     at_work = None if parts else _job_at_work(session, known)

@@ -77,7 +77,7 @@ def mesh(
         view = get_shape(session, shape_id)
     row = view.row
     original = form == "original"
-    tag = f'"{row.sha256}"' if original else f'"{row.sha256}.{form}"'
+    tag = f'"{row.sha256}"'  # each format is a resource of its own, so it says enough
     if is_known(request, tag):
         return not_modified(tag)
     try:

@@ -103,7 +103,7 @@ def _accept(services: Services, collection: str, form: ReceivedForm) -> Accepted
         services.blobs.put_file(mesh_key(file.sha256), file.path)
     upload = Upload(
         shapes=tuple(_new_shape(file, fields) for file in meshes),
-        archives=tuple(dict.fromkeys(file.sha256 for file in archives)),
+        archives={file.sha256: read_name(file.name).name for file in archives},
         label=fields.label,
         attributes=fields.metadata or {},
     )

@@ -153,7 +153,7 @@ def test_an_archive_becomes_shapes_and_its_bad_entries_are_named(
     blobs.put(archive_key(digest), data)
     with database.begin() as session:
         row = get_collection(session, zoo)
-        part = unpack_part(row.id, digest, label=None, attributes={"from": "zip"})
+        part = unpack_part(row.id, digest, filename="a.zip", label=None, attributes={"from": "zip"})
         job, _ = create_job(session, kind="ingest", unit="shapes", parts=[part])
     work()
     with database.read() as session:
@@ -169,7 +169,7 @@ def test_an_archive_becomes_shapes_and_its_bad_entries_are_named(
     }
     assert [view.row.attributes for view in views] == [{"from": "zip"}] * 3
     assert sorted(error["item"] for error in errors) == ["../b.off", "no.off"]
-    assert job_state(database, job.id) == ("succeeded", 4, 4)
+    assert job_state(database, job.id) == ("succeeded", 5, 5)
 
 
 def test_an_archive_without_a_mesh_fails_its_job(
@@ -178,10 +178,12 @@ def test_an_archive_without_a_mesh_fails_its_job(
     blobs.put(archive_key("0" * 64), b"PK\x03\x04 and nothing more")
     with database.begin() as session:
         row = get_collection(session, zoo)
-        part = unpack_part(row.id, "0" * 64, label=None, attributes={})
+        part = unpack_part(row.id, "0" * 64, filename="a.zip", label=None, attributes={})
         job, _ = create_job(session, kind="ingest", unit="shapes", parts=[part])
     work()
-    assert job_state(database, job.id)[0] == "failed"
+    assert job_state(database, job.id) == ("failed", 1, 1)
+    with database.read() as session:
+        assert [error["item"] for error in get_job(session, job.id).errors] == ["a.zip"]
 
 
 def test_what_was_deleted_while_it_waited_does_no_harm(

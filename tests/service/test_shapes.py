@@ -108,6 +108,7 @@ def test_a_mesh_in_another_format_is_the_same_surface(zoo: Api, form: str) -> No
     path = f"/v1/shapes/{zoo.shape_ids[CRATE]}"
     answer = zoo.client.get(f"{path}/mesh", params={"format": form})
     assert f'filename="crate.{form}"' in answer.headers["Content-Disposition"]
+    assert answer.headers["ETag"] == f'"{zoo.get(path)["sha256"]}"'
     parsed = parse(answer.content, filename="unnamed")
     assert parsed.format == form
     assert clean(parsed.mesh).mesh.n_vertices == 8

@@ -170,13 +170,20 @@ def test_a_label_of_the_form_wins_over_folders_of_a_zip(park: Api) -> None:
 
 
 @pytest.mark.parametrize("content", [b"PK\x03\x04garbage", b"PK\x05\x06", zipped({})])
-def test_a_broken_zip_fails_its_job_with_the_reason(park: Api, content: bytes) -> None:
+def test_a_broken_zip_is_named_with_its_reason_and_the_rest_goes_on(
+    park: Api, content: bytes
+) -> None:
     job = park.upload("zoo", {"a.zip": content, "egg.off": EGG})["job"]
     park.work()
     ended = park.get(f"/v1/jobs/{job['id']}")
-    assert ended["state"] == "failed"
-    assert ended["errors"][0]["detail"]
+    assert (ended["state"], ended["progress"]["total"]) == ("succeeded", 2)
+    (error,) = ended["errors"]
+    assert error["item"] == "a.zip"
+    assert error["detail"]
     assert park.get(PATH)["items"][0]["state"] == "ready"
+    alone = park.upload("zoo", {"b.zip": content + b"b"})["job"]
+    park.work()
+    assert park.get(f"/v1/jobs/{alone['id']}")["state"] == "failed"
 
 
 def test_a_3mf_is_a_mesh_although_it_is_a_zip(park: Api) -> None:

@@ -19,12 +19,18 @@ def ingest_part(shape_id: str) -> NewPart:
 
 
 def unpack_part(
-    collection_id: str, sha256: str, *, label: str | None, attributes: dict[str, Any]
+    collection_id: str,
+    sha256: str,
+    *,
+    filename: str,
+    label: str | None,
+    attributes: dict[str, Any],
 ) -> NewPart:
     """Make shapes of an uploaded zip's entries, each with a part of its own."""
     payload = {
         "collection_id": collection_id,
         "sha256": sha256,
+        "filename": filename,
         "label": label,
         "attributes": attributes,
     }

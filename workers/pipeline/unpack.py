@@ -7,6 +7,7 @@ from itertools import islice
 from pathlib import Path
 from typing import TypeVar
 
+from workers.errors import UnsupportedFormatError, UploadTooLargeError
 from workers.pipeline.archives import Entry, read_archive
 from workers.pipeline.naming import read_name
 from workers.pipeline.plans import ingest_part
@@ -24,25 +25,27 @@ Item = TypeVar("Item")
 def unpack(bench: Workbench, claim: Claim) -> None:
     """Make shapes of an archive's entries, some at a time; to run it again does no harm.
 
-    Raises
-    ------
-    UnsupportedFormatError, UploadTooLargeError
-        The archive cannot be read, or passes a limit.
+    An archive that cannot be read, holds no mesh or passes a limit is named as failed; other files
+    of the same upload go on.
     """
-    sha256 = claim.payload["sha256"]
+    failure = None
+    found = False
     with tempfile.TemporaryDirectory(prefix="proteus-") as folder:
         path = Path(folder) / "archive.zip"
-        bench.blobs.fetch(archive_key(sha256), path)
-        found = False
-        for batch in _batches(read_archive(path, bench.settings), BATCH):
-            found = True
-            bench.send(_store(bench, claim, batch))
-    failure = None
-    if not found:
+        bench.blobs.fetch(archive_key(claim.payload["sha256"]), path)
+        try:
+            for batch in _batches(read_archive(path, bench.settings), BATCH):
+                found = True
+                bench.send(_store(bench, claim, batch))
+        except (UnsupportedFormatError, UploadTooLargeError) as error:
+            failure = Failure(claim.payload["filename"], error.kind, str(error))
+    if not found and failure is None:
         detail = "the archive holds no mesh (off, obj, ply, stl, glb, gltf, 3mf)"
-        failure = Failure("archive", "invalid-mesh", detail)
+        failure = Failure(claim.payload["filename"], "invalid-mesh", detail)
     with bench.database.begin() as session:
-        parts = finish_part(session, claim, failure=failure)
+        failures = [] if failure is None else [failure]
+        report_failures(session, claim, failures, are_counted=False)
+        parts = finish_part(session, claim)
     bench.send(parts)
 
 
@@ -72,7 +75,8 @@ def _store(bench: Workbench, claim: Claim, batch: list[Entry | Failure]) -> list
         job.total += existing
         job.done += existing
         job.revision += 1
-        report_failures(session, claim, [e for e in batch if isinstance(e, Failure)])
+        refused = [entry for entry in batch if isinstance(entry, Failure)]
+        report_failures(session, claim, refused, are_counted=False)
         return add_parts(session, job, [ingest_part(shape_id) for shape_id in new])
 
 

@@ -143,10 +143,18 @@ def finish_part(
     return queued or end_if_all_ended(session, job)
 
 
-def report_failures(session: Session, claim: Claim, failures: Sequence[Failure]) -> None:
-    """Name items that failed inside a part which goes on."""
+def report_failures(
+    session: Session, claim: Claim, failures: Sequence[Failure], *, are_counted: bool
+) -> None:
+    """Name items that failed inside a part which goes on.
+
+    Those that no progress counts yet, such as entries of an archive, are counted and done with it.
+    """
     if failures:
         job = hold_lease(session, claim)
+        if not are_counted:
+            job.total += len(failures)
+            job.done += len(failures)
         room = max(0, MAX_ERRORS - len(job.errors))
         job.errors = [*job.errors, *(dict(vars(failure)) for failure in failures[:room])]
         job.failed += len(failures)
