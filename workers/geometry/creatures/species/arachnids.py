@@ -6,6 +6,8 @@ from workers.geometry.creatures.builder import Body, X, Y, Z, beside
 from workers.geometry.creatures.skeleton import Skeleton
 from workers.geometry.creatures.species.insects import many_legs
 
+Offset = tuple[float, float, float]
+
 
 def spider(rng: np.random.Generator) -> Skeleton:
     """Two beads and eight long arched legs."""
@@ -78,31 +80,13 @@ def scorpion(rng: np.random.Generator) -> Skeleton:
         mirrored=True,
         softness=0.2,
     )
-    base = body.at("palm.0", 1.0)
-    body.limb(
-        "finger",
-        "palm.0",
-        [
-            beside(base, 0.03, 0, 0.05),
-            beside(base, 0.15 * claw, 0, 0.085),
-            beside(base, 0.25 * claw, 0, 0.05),
-        ],
-        (0.04, 0.034, 0.026),
-        mirrored=True,
-        rigid=True,
-        softness=0.1,
-    )
-    body.limb(
-        "pincer",
-        "palm.0",
-        [
-            beside(base, 0.03, 0, -0.05),
-            beside(base, 0.12 * claw, 0, -0.09),
-            beside(base, 0.21 * claw, 0, -0.09),
-        ],
-        (0.036, 0.032, 0.026),
-        mirrored=True,
-        softness=0.1,
+    _add_fingers(
+        body,
+        claw,
+        fixed=((0.15, 0, 0.085), (0.25, 0, 0.05)),
+        moving=((0.12, 0, -0.09), (0.21, 0, -0.09)),
+        radii=((0.04, 0.034, 0.026), (0.036, 0.032, 0.026)),
+        root=0.03,
     )
     many_legs(
         body,
@@ -147,31 +131,13 @@ def crab(rng: np.random.Generator) -> Skeleton:
         mirrored=True,
         softness=0.2,
     )
-    top = body.at("palm.0", 1.0)
-    body.limb(
-        "finger",
-        "palm.0",
-        [
-            beside(top, 0.02, 0.0, 0.05),
-            beside(top, 0.16 * claw, 0.02, 0.085),
-            beside(top, 0.31 * claw, 0.03, 0.04),
-        ],
-        (0.05, 0.048, 0.027),
-        mirrored=True,
-        rigid=True,
-        softness=0.1,
-    )
-    body.limb(
-        "pincer",
-        "palm.0",
-        [
-            beside(top, 0.02, 0.0, -0.05),
-            beside(top, 0.13 * claw, 0.02, -0.12),
-            beside(top, 0.25 * claw, 0.03, -0.13),
-        ],
-        (0.045, 0.042, 0.027),
-        mirrored=True,
-        softness=0.1,
+    _add_fingers(
+        body,
+        claw,
+        fixed=((0.16, 0.02, 0.085), (0.31, 0.03, 0.04)),
+        moving=((0.13, 0.02, -0.12), (0.25, 0.03, -0.13)),
+        radii=((0.05, 0.048, 0.027), (0.045, 0.042, 0.027)),
+        root=0.02,
     )
     many_legs(
         body,
@@ -188,6 +154,33 @@ def crab(rng: np.random.Generator) -> Skeleton:
     body.move("pincer.0", Y, -12, 12)
     body.move("eye.0", Z, -25, 25)
     return body.skeleton(heading=-118, lean=42)
+
+
+def _add_fingers(
+    body: Body,
+    claw: float,
+    *,
+    fixed: tuple[Offset, Offset],
+    moving: tuple[Offset, Offset],
+    radii: tuple[Offset, Offset],
+    root: float,
+) -> None:
+    """Add two fingers to the limb ``palm``: one that keeps its place, one that opens.
+
+    Offsets are from the palm's end, forwards ones in units of the claw's length.
+    """
+    end = body.at("palm.0", 1.0)
+    for name, points, thickness in (("finger", fixed, radii[0]), ("pincer", moving, radii[1])):
+        side = 0.05 if name == "finger" else -0.05
+        body.limb(
+            name,
+            "palm.0",
+            [beside(end, root, 0, side), *(beside(end, x * claw, y, z) for x, y, z in points)],
+            thickness,
+            mirrored=True,
+            rigid=name == "finger",
+            softness=0.1,
+        )
 
 
 SPECIES = {
