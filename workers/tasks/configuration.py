@@ -46,7 +46,7 @@ def make_celery(settings: Settings) -> Celery:
         worker_redirect_stdouts=False,
         worker_soft_shutdown_timeout=2.0,
         worker_enable_soft_shutdown_on_idle=False,
-        worker_cancel_long_running_tasks_on_connection_loss=True,
+        worker_cancel_long_running_tasks_on_connection_loss=False,  # the row takes their results
         broker_connection_retry_on_startup=True,
         broker_connection_max_retries=None,
         broker_transport_options={
