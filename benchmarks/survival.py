@@ -26,6 +26,7 @@ from workers.geometry.creatures import SPECIES, make_creature
 from workers.geometry.formats import write
 
 COLLECTION = "survival"
+BATCH = 5  # files in a request
 VICTIMS = {"worker": "celery", "broker": "valkey", "API": "service.supervisor.api"}
 
 
@@ -36,6 +37,7 @@ class Account:
     acknowledged: set[str] = field(default_factory=set)
     refused: int = 0
     killed: list[str] = field(default_factory=list)
+    acknowledged_at_kill: list[int] = field(default_factory=list)
     answered: int = 0
     unanswered: int = 0
     listed: int = 0
@@ -114,15 +116,15 @@ def _wait_until_ready(url: str, *, seconds: float) -> None:
     raise SystemExit(f"{url} was not ready within {seconds:.0f} seconds")
 
 
-def _upload(url: str, count: int, account: Account, progress: threading.Event) -> None:
+def _upload(url: str, count: int, account: Account, pause: float) -> None:
     """Upload creatures, some a request, and again whatever was not acknowledged."""
     batch: list[tuple[str, bytes]] = []
     for number, item in enumerate(creature_files(count), start=1):
         batch.append(item)
-        if len(batch) == 5 or number == count:
+        if len(batch) == BATCH or number == count:
             _upload_batch(url, batch, account)
             batch = []
-    progress.set()
+            time.sleep(pause)
 
 
 def _upload_batch(url: str, batch: list[tuple[str, bytes]], account: Account) -> None:
@@ -173,6 +175,7 @@ def _kill(parent: int, account: Account, *, times: int, pause: float, rng: rando
             time.sleep(0.1)
         os.kill(pid, signal.SIGKILL)
         account.killed.append(name)
+        account.acknowledged_at_kill.append(len(account.acknowledged))
 
 
 def survive(count: int, *, times: int = 2, pause: float = 8.0, seconds: float = 3600) -> Account:
@@ -196,19 +199,17 @@ def survive(count: int, *, times: int = 2, pause: float = 8.0, seconds: float = 
     ):
         body = {"name": COLLECTION}
         httpx.post(f"{url}/v1/collections", json=body, timeout=60).raise_for_status()
-        stop, uploaded = threading.Event(), threading.Event()
-        threads = [
-            threading.Thread(target=_upload, args=(url, count, account, uploaded)),
-            threading.Thread(target=_ask, args=(url, account, stop)),
-        ]
-        for thread in threads:
-            thread.start()
+        stop = threading.Event()
+        spread = pause * times * len(VICTIMS) * BATCH / count  # uploads last as long as the kills
+        uploads = threading.Thread(target=_upload, args=(url, count, account, spread))
+        questions = threading.Thread(target=_ask, args=(url, account, stop))
+        uploads.start()
+        questions.start()
         _kill(parent, account, times=times, pause=pause, rng=random.Random(1))
-        uploaded.wait()
+        uploads.join()
         _wait_for_shapes(url, account, seconds=seconds)
         stop.set()
-        for thread in threads:
-            thread.join()
+        questions.join()
     return account
 
 
@@ -255,6 +256,7 @@ def main() -> None:
     account = survive(options.shapes, times=options.times, pause=options.pause)
     lines = {
         "killed": ", ".join(account.killed),
+        "shapes acknowledged at each kill": account.acknowledged_at_kill,
         "requests refused or broken, sent again": account.refused,
         "shapes acknowledged": len(account.acknowledged),
         "shapes listed, distinct contents": f"{account.listed}, {account.distinct_contents}",
