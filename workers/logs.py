@@ -55,5 +55,6 @@ def configure_logs(*, level: str = "info", form: str = "auto") -> None:
         "amqp",
         "PIL",
         "celery.app.trace",
+        "celery.worker.strategy",
     ):
         logging.getLogger(noisy).setLevel(logging.WARNING)
