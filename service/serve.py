@@ -14,6 +14,7 @@ from service.supervisor.broker import (
     find_broker,
     has_worker,
     prepare_runtime,
+    remove_runtime,
     set_aside_broken_log,
 )
 from service.supervisor.commands import (
@@ -69,7 +70,10 @@ def serve(
         announce(url)
         settings = settings.model_copy(update={"port": port})
         plans = plan_children(settings, environment, listener=listener, lock=lock)
-        Supervisor(plans, report=report).run()
+        try:
+            Supervisor(plans, report=report).run()
+        finally:
+            remove_runtime(settings)
 
 
 def plan_children(

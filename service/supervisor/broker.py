@@ -7,6 +7,7 @@ import stat
 import subprocess
 import time
 from collections.abc import Mapping
+from contextlib import suppress
 from importlib.util import find_spec
 from pathlib import Path
 
@@ -99,6 +100,13 @@ def prepare_runtime(settings: Settings) -> Path:
             "shorter directory"
         )
     return path
+
+
+def remove_runtime(settings: Settings) -> None:
+    """Remove the socket and its directory."""
+    (settings.runtime_path / SOCKET_NAME).unlink(missing_ok=True)
+    with suppress(OSError):  # somebody else's, or not empty
+        settings.runtime_path.rmdir()
 
 
 def broker_command(program: Path, *, socket: Path, directory: Path) -> tuple[str, ...]:

@@ -14,6 +14,7 @@ from service.supervisor.broker import (
     find_broker,
     has_worker,
     prepare_runtime,
+    remove_runtime,
     set_aside_broken_log,
 )
 from service.supervisor.commands import (
@@ -83,6 +84,18 @@ def test_runtime_directory_is_private(settings: Settings) -> None:
     path.parent.chmod(0o755)
     prepare_runtime(settings)
     assert path.parent.stat().st_mode & 0o777 == 0o700
+
+
+def test_runtime_directory_is_removed_with_its_socket_and_nothing_else(settings: Settings) -> None:
+    path = prepare_runtime(settings)
+    path.touch()
+    remove_runtime(settings)
+    assert not path.parent.exists()
+    remove_runtime(settings)
+    other = prepare_runtime(settings).parent / "other"
+    other.touch()
+    remove_runtime(settings)
+    assert other.exists()
 
 
 def test_runtime_directory_that_is_a_link_is_refused(settings: Settings, tmp_path: Path) -> None:
