@@ -39,7 +39,7 @@ NOT_YET_KNOWN: JsonDict = {
 }
 COPIED = (
     *("id", "name", "label", "transformation", "strength", "sha256", "format", "n_vertices"),
-    *("n_faces", "area", "n_components", "n_boundary_loops", "repairs", "error"),
+    *("n_faces", "area", "n_components", "n_boundary_loops", "repairs"),
 )
 
 
@@ -178,6 +178,7 @@ def answer_shape(view: ShapeView) -> ShapeAnswer:
             "collection": view.collection,
             "metadata": view.row.attributes,
             "state": view.state,
+            "error": view.row.error if view.state == "failed" else None,
             "created_at": time_from(view.row.created_at),
         }
     )

@@ -9,10 +9,14 @@ import pytest
 from sqlalchemy import select
 
 from tests.pipeline.uploads import Upload, potato
+from workers.errors import SpectrumError
+from workers.geometry.arrays import Float32Array
+from workers.pipeline import redescribe as redescribe_module
 from workers.pipeline import work as work_module
 from workers.pipeline.plans import plan_activation, query_part, unpack_part
 from workers.pipeline.work import run_part, run_pending
 from workers.pipeline.workbench import Workbench
+from workers.retrieval.model import Model
 from workers.settings import Settings
 from workers.storage.blobs import (
     BlobStore,
@@ -20,11 +24,16 @@ from workers.storage.blobs import (
     cleaned_key,
     thumbnail_key,
 )
-from workers.storage.collections import create_collection, delete_collection, get_collection
+from workers.storage.collections import (
+    count_shapes,
+    create_collection,
+    delete_collection,
+    get_collection,
+)
 from workers.storage.database import Database
 from workers.storage.descriptors import get_query_vector, get_vector
 from workers.storage.jobs import create_job, get_job
-from workers.storage.models import Part
+from workers.storage.models import Part, Shape
 from workers.storage.shapes import ShapeView, delete_shape, get_shape, page_of_shapes
 
 Work = Callable[[], int]
@@ -122,6 +131,46 @@ def test_a_collection_moves_when_all_is_described_and_uploads_meanwhile_are_unde
         assert shape(database, one).state == "ready"
         assert vector(database, one, "heat") is not None
         assert vector(database, one, "biharmonic") is not None
+
+
+def test_a_shape_that_cannot_be_described_anew_is_found_as_long_as_it_has_a_descriptor(
+    database: Database, zoo: str, upload: Upload, work: Work, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """State and search never disagree: before the move, after it, back again, and retried."""
+    _, (bad, good) = upload(zoo, potato(5), potato(6))
+    work()
+
+    def move(model: str) -> None:
+        with database.begin() as session:
+            plan_activation(session, zoo, model)
+        assert shape(database, bad).state == before
+        work()
+
+    def fail_for_bad(bench: Workbench, row: Shape, model: Model) -> Float32Array:
+        if row.id == bad:
+            raise SpectrumError("made to fail")
+        return describe_shape(bench, row, model)
+
+    describe_shape = redescribe_module._describe_shape
+    with monkeypatch.context() as patch:
+        patch.setattr(redescribe_module, "_describe_shape", fail_for_bad)
+        before = "ready"
+        move("biharmonic")
+    with database.read() as session:
+        zoo_row = get_collection(session, zoo)
+        assert zoo_row.model == "biharmonic"
+        counts = count_shapes(session, [zoo_row])[zoo_row.id]
+    assert (counts.ready, counts.failed) == (1, 1)
+    assert (shape(database, bad).state, shape(database, good).state) == ("failed", "ready")
+    before = "failed"
+    move("heat")
+    with database.read() as session:
+        counts = count_shapes(session, [get_collection(session, zoo)])[zoo_row.id]
+    assert (counts.ready, counts.failed) == (2, 0)
+    before = "ready"
+    move("biharmonic")  # nothing fails this time
+    assert shape(database, bad).state == "ready"
+    assert shape(database, bad).row.error is None
 
 
 def test_going_back_computes_nothing(

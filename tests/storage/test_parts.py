@@ -7,8 +7,9 @@ import pytest
 from sqlalchemy import select
 
 from workers.errors import ConflictError
+from workers.settings import LIGHT
 from workers.storage.database import Database
-from workers.storage.jobs import LIGHT, NewPart, cancel_job, create_job, get_job, retry_job
+from workers.storage.jobs import NewPart, cancel_job, create_job, get_job, retry_job
 from workers.storage.models import Part
 from workers.storage.parts import (
     Claim,

@@ -23,7 +23,9 @@ def activate(bench: Workbench, claim: Claim) -> None:
     with bench.database.begin() as session:
         job = hold_lease(session, claim)
         collection = session.get(Collection, collection_id, with_for_update=True)
-        missing = [] if collection is None else undescribed_shapes(session, collection, name)
+        missing = []
+        if collection is not None:
+            missing = undescribed_shapes(session, collection, name, with_failed=False)
         if missing and job.failed:
             raise ModelNotReadyError(
                 f"{len(missing)} shapes could not be described under {name!r}, "

@@ -4,9 +4,10 @@ from typing import Any
 
 from sqlalchemy.orm import Session
 
+from workers.settings import INGEST, LIGHT
 from workers.storage.collections import add_model, get_collection
 from workers.storage.descriptors import undescribed_shapes
-from workers.storage.jobs import INGEST, LIGHT, NewPart, create_job
+from workers.storage.jobs import NewPart, create_job
 from workers.storage.models import Job, Part
 from workers.storage.trained_models import load_model
 
@@ -73,11 +74,12 @@ def plan_activation(session: Session, collection: str, model: str) -> tuple[Job,
     load_model(session, model)
     add_model(session, row.id, model)
     session.flush()
+    undescribed = undescribed_shapes(session, row, model, with_failed=True)
     return create_job(
         session,
         kind="describe",
         unit="shapes",
-        parts=describe_parts(undescribed_shapes(session, row, model), model),
+        parts=describe_parts(undescribed, model),
         collection=row.name,
         model=model,
         finale=activate_part(row.id, model),

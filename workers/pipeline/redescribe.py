@@ -35,6 +35,8 @@ def redescribe(bench: Workbench, claim: Claim) -> None:
         for shape_id in failures.keys() & there.keys():
             failure = failures[shape_id]
             there[shape_id].error = {"type": failure.type, "detail": failure.detail}
+        for shape_id in vectors.keys() & there.keys():
+            there[shape_id].error = None
         report_failures(session, claim, [failures[i] for i in sorted(failures)], are_counted=True)
         parts = finish_part(session, claim)
         by_collection: dict[str, list[tuple[str, str, bytes]]] = {}

@@ -9,6 +9,7 @@ from sqlalchemy.exc import IntegrityError
 from sqlalchemy.orm import Session
 
 from workers.errors import CollectionNotFoundError, NameTakenError
+from workers.storage.descriptors import is_described
 from workers.storage.identifiers import new_id
 from workers.storage.models import Collection, CollectionModel, Descriptor, Shape
 from workers.storage.paging import Page, cut_page, decode_cursor
@@ -84,7 +85,9 @@ def count_shapes(session: Session, collections: Sequence[Collection]) -> Mapping
     failed = dict(
         session.execute(
             select(Shape.collection_id, func.count())
+            .join(Collection, Collection.id == Shape.collection_id)
             .where(Shape.collection_id.in_(ids), Shape.error.is_not(None))
+            .where(~is_described(Collection.model))
             .group_by(Shape.collection_id)
         ).all()
     )

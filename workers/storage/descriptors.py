@@ -4,9 +4,9 @@ import time
 from collections.abc import Iterable, Sequence
 from typing import Any
 
-from sqlalchemy import select, update
+from sqlalchemy import ColumnElement, select, update
 from sqlalchemy.dialects import postgresql, sqlite
-from sqlalchemy.orm import Session
+from sqlalchemy.orm import InstrumentedAttribute, Session
 
 from workers.storage.change_feed import next_change
 from workers.storage.models import Collection, Descriptor, QueryDescriptor, Shape
@@ -42,31 +42,34 @@ def get_vector(session: Session, shape_id: str, model: str) -> bytes | None:
     return None if row is None else row.vector
 
 
-def undescribed_shapes(session: Session, collection: Collection, model: str) -> list[str]:
-    """Ids of shapes that can be found under the collection's model, but not under this one."""
-
-    def described(name: str) -> Any:
-        return (
-            select(Descriptor.shape_id)
-            .where(
-                Descriptor.shape_id == Shape.id,
-                Descriptor.model == name,
-                Descriptor.vector.is_not(None),
-            )
-            .exists()
-        )
-
-    statement = (
-        select(Shape.id)
+def is_described(model: str | InstrumentedAttribute[str]) -> ColumnElement[bool]:
+    """SQL that is true for each ``Shape`` with a descriptor under a model."""
+    return (
+        select(Descriptor.shape_id)
         .where(
-            Shape.collection_id == collection.id,
-            Shape.error.is_(None),
-            described(collection.model),
-            ~described(model),
+            Descriptor.shape_id == Shape.id,
+            Descriptor.model == model,
+            Descriptor.vector.is_not(None),
         )
-        .order_by(Shape.id)
+        .exists()
     )
-    return list(session.scalars(statement))
+
+
+def undescribed_shapes(
+    session: Session, collection: Collection, model: str, *, with_failed: bool
+) -> list[str]:
+    """Ids of shapes that can be found under the collection's model, but not under this one.
+
+    Those of which something failed count where it is to be tried again, and not where it was.
+    """
+    statement = select(Shape.id).where(
+        Shape.collection_id == collection.id,
+        is_described(collection.model),
+        ~is_described(model),
+    )
+    if not with_failed:
+        statement = statement.where(Shape.error.is_(None))
+    return list(session.scalars(statement.order_by(Shape.id)))
 
 
 def store_query_vectors(session: Session, sha256: str, rows: Iterable[tuple[str, bytes]]) -> None:

@@ -14,9 +14,9 @@ from sqlalchemy.dialects import postgresql, sqlite
 from sqlalchemy.orm import Session
 
 from workers.errors import ShapeNotFoundError
-from workers.storage.descriptors import forget_shapes
+from workers.storage.descriptors import forget_shapes, is_described
 from workers.storage.identifiers import new_id
-from workers.storage.models import Collection, Descriptor, Part, Shape
+from workers.storage.models import Collection, Part, Shape
 from workers.storage.paging import Page, cut_page, decode_cursor
 
 
@@ -68,19 +68,10 @@ def create_shape(session: Session, collection_id: str, shape: NewShape) -> tuple
 
 def state_of_shape() -> ColumnElement[str]:
     """SQL expression of the state; needs ``Shape`` joined with ``Collection``."""
-    described = (
-        select(Descriptor.shape_id)
-        .where(
-            Descriptor.shape_id == Shape.id,
-            Descriptor.model == Collection.model,
-            Descriptor.vector.is_not(None),
-        )
-        .exists()
-    )
     running = select(Part.id).where(Part.shape_id == Shape.id, Part.state == "running").exists()
     return case(
+        (is_described(Collection.model), "ready"),  # whatever failed since: it is found
         (Shape.error.is_not(None), "failed"),
-        (described, "ready"),
         (running, "processing"),
         else_="queued",
     )
