@@ -16,10 +16,10 @@ from pydantic import Field, ValidationError, field_validator
 from pydantic_settings import BaseSettings, SettingsConfigDict
 
 PREFIX = "PROTEUS_"
-FOREIGN = frozenset(
+CLIENT_VARIABLES = frozenset({"PROTEUS_URL", "PROTEUS_KEY"})
+"""Variables of the prefix that the command line reads as a client; no settings of the service."""
+FOREIGN = CLIENT_VARIABLES | frozenset(
     {
-        "PROTEUS_URL",
-        "PROTEUS_KEY",
         "PROTEUS_REAL_MESHES",
         "PROTEUS_TEST_POSTGRES",
         "PROTEUS_TEST_REDIS",
@@ -28,6 +28,9 @@ FOREIGN = frozenset(
 """Variables of the prefix that belong to clients, the test suite and the benchmarks."""
 
 MEBIBYTE = 1 << 20
+LIGHT, INGEST = "light", "ingest"
+QUEUES = (LIGHT, INGEST)
+"""What workers take work from, in the order in which they look: a question overtakes uploads."""
 
 
 class SettingsError(ValueError):
@@ -97,6 +100,10 @@ class Settings(BaseSettings):
         if url and not url.startswith(("redis://", "rediss://", "redis+socket://")):
             raise ValueError("expected a redis://, rediss:// or redis+socket:// URL")
         return url
+
+    def queue_name(self, queue: str) -> str:
+        """Name in the broker of one of ``QUEUES``."""
+        return f"{self.queue_prefix}.{queue}"
 
     @cached_property
     def data_path(self) -> Path:

@@ -14,11 +14,11 @@ from service.cli.console import EXIT_FAILED, Output
 from service.cli.embedded import service_for
 from service.cli.files import UploadFile
 from service.cli.query import matches_table, query_by_mesh
-from service.cli.serving import DataOption, HostOption, PortOption, WorkersOption, service_settings
+from service.cli.serving import DataOption, HostOption, PortOption, WorkersOption
 from service.cli.upload import ensure_collection, upload_files
 from service.cli.waiting import PATIENCE_SECONDS, errors_table
 from service.client import DEFAULT_URL, Client, Document
-from workers.settings import Settings
+from workers.settings import Settings, load_settings
 
 if TYPE_CHECKING:
     from service.cli.demo_shapes import DemoMesh
@@ -77,7 +77,7 @@ def demo(
     Uses the service that runs on the data directory, or starts one, which goes on serving until
     Ctrl-C. A second demo reuses what the first has made.
     """
-    settings = service_settings(
+    settings = load_settings(
         host=host, port=port, data_dir=data_dir, worker_processes=workers
     )  # fmt: skip
     with service_for(settings) as (url, service):

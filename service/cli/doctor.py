@@ -14,10 +14,10 @@ from service.cli.checks import (
 )
 from service.cli.connection import Session, connected
 from service.cli.console import EXIT_FAILED, make_table
-from service.cli.serving import DataOption, service_settings
+from service.cli.serving import DataOption
 from service.client import DEFAULT_URL, Client
 from service.supervisor.lock import holder_of
-from workers.settings import SettingsError
+from workers.settings import SettingsError, load_settings
 
 MARKS = {"ok": "[green]✓[/]", "warning": "[yellow]![/]", "failed": "[red]✗[/]"}
 
@@ -44,7 +44,7 @@ def doctor(session: Session, data_dir: DataOption = None) -> None:
 def _examine(session: Session, data_dir: object) -> Iterator[Check]:
     yield from check_machine()
     try:
-        settings = service_settings(data_dir=data_dir)
+        settings = load_settings(data_dir=data_dir)
     except SettingsError as error:
         yield Check("settings", "failed", str(error), "correct or unset the variable")
         return

@@ -12,7 +12,7 @@ from service.cli.console import Output
 from service.serve import serve
 from service.supervisor import commands
 from service.supervisor.events import Event, Report
-from workers.settings import Settings, load_settings
+from workers.settings import QUEUES, Settings, load_settings
 
 HostOption = Annotated[
     str | None,
@@ -44,12 +44,6 @@ WorkersOption = Annotated[
 ]
 
 
-def service_settings(**overrides: object) -> Settings:
-    """Read the settings, not minding the variables that only clients use."""
-    environment = {k: v for k, v in os.environ.items() if k not in commands.CLIENT_VARIABLES}
-    return load_settings(environment, **overrides)
-
-
 @local
 def serve_command(
     output: Output,
@@ -64,7 +58,7 @@ def serve_command(
     data directory. Other places are set by PROTEUS_BROKER_URL, PROTEUS_DATABASE_URL and
     PROTEUS_BLOB_URL. A process that dies is started again; a second Ctrl-C stops at once.
     """
-    settings = service_settings(
+    settings = load_settings(
         host=host, port=port, data_dir=data_dir, worker_processes=workers
     )  # fmt: skip
     url = ""
@@ -123,7 +117,7 @@ def worker(
     output: Output,
     queues: Annotated[
         str, typer.Option(help="Kinds of work it takes, comma-separated.")
-    ] = ",".join(commands.QUEUES),
+    ] = ",".join(QUEUES),
     name: Annotated[
         str, typer.Option(help="Node name; two workers of one host need two.")
     ] = "proteus@%h",
@@ -131,10 +125,10 @@ def worker(
 ) -> None:
     """Run one worker alone, as a container does; `serve` has one of its own."""
     chosen = [queue.strip() for queue in queues.split(",") if queue.strip()]
-    unknown = sorted(set(chosen) - set(commands.QUEUES))
+    unknown = sorted(set(chosen) - set(QUEUES))
     if unknown or not chosen:
-        raise typer.BadParameter(f"--queues is {queues!r}; known are {', '.join(commands.QUEUES)}")
-    settings = service_settings(worker_processes=workers)
+        raise typer.BadParameter(f"--queues is {queues!r}; known are {', '.join(QUEUES)}")
+    settings = load_settings(worker_processes=workers)
     commands.replace_process(
         commands.worker_command(settings, queues=chosen, name=name),
         commands.worker_environment(settings, os.environ),
@@ -144,7 +138,7 @@ def worker(
 @local
 def api(output: Output, host: HostOption = None, port: PortOption = None) -> None:
     """Run the API alone, as a container does; the database has to be migrated before."""
-    settings = service_settings(host=host, port=port)
+    settings = load_settings(host=host, port=port)
     commands.replace_process(
         commands.api_command(), commands.child_environment(settings, os.environ)
     )
@@ -153,7 +147,7 @@ def api(output: Output, host: HostOption = None, port: PortOption = None) -> Non
 @local
 def migrate(output: Output) -> None:
     """Bring the database to the present schema, and end; doing it twice does no harm."""
-    settings = service_settings()
+    settings = load_settings()
     settings.data_path.mkdir(parents=True, exist_ok=True)
     commands.replace_process(
         commands.migrate_command(), commands.child_environment(settings, os.environ)

@@ -4,12 +4,7 @@ import os
 import sys
 from collections.abc import Mapping, Sequence
 
-from workers.settings import PREFIX, Settings
-
-CLIENT_VARIABLES = frozenset({"PROTEUS_URL", "PROTEUS_KEY"})
-"""Variables of the prefix that the command line reads as a client; no settings of the service."""
-
-QUEUES = ("light", "ingest")
+from workers.settings import PREFIX, QUEUES, Settings
 
 
 def settings_environment(settings: Settings) -> dict[str, str]:
@@ -59,7 +54,7 @@ def worker_command(
     """
     return (
         *(sys.executable, "-m", "celery", "-A", "workers.tasks.app:app", "worker"),
-        *("-Q", ",".join(f"{settings.queue_prefix}.{queue}" for queue in queues)),
+        *("-Q", ",".join(map(settings.queue_name, queues))),
         *("-n", name, "--concurrency", str(settings.worker_processes)),
         *("--without-gossip", "--without-mingle", "-l", settings.log_level),
     )

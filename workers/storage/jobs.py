@@ -19,7 +19,6 @@ from workers.storage.paging import Page, cut_page, decode_cursor
 OPEN = ("queued", "running")
 ENDED = ("succeeded", "failed", "cancelled")
 MAX_ERRORS = 1000
-LIGHT, INGEST = "light", "ingest"
 
 
 @dataclass(frozen=True)

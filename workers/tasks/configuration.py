@@ -5,13 +5,7 @@ from typing import Any
 from celery import Celery
 from kombu.entity import Queue
 
-from workers.settings import Settings
-from workers.storage.jobs import INGEST, LIGHT
-
-
-def queue_name(settings: Settings, queue: str) -> str:
-    """Name in the broker of the queue ``light`` or ``ingest``."""
-    return f"{settings.queue_prefix}.{queue}"
+from workers.settings import QUEUES, Settings
 
 
 def make_celery(settings: Settings) -> Celery:
@@ -26,7 +20,7 @@ def make_celery(settings: Settings) -> Celery:
         broker=settings.resolved_broker_url,
         include=["workers.tasks.run", "workers.tasks.sweep", "workers.tasks.orphans"],
     )
-    queues: list[Any] = [Queue(queue_name(settings, name)) for name in (LIGHT, INGEST)]  # type: ignore[no-untyped-call]
+    queues: list[Any] = [Queue(settings.queue_name(queue)) for queue in QUEUES]  # type: ignore[no-untyped-call]
     celery.conf.update(
         task_queues=queues,
         task_default_queue=queues[0].name,

@@ -5,10 +5,9 @@ from collections.abc import Sequence
 import structlog
 from celery import Celery
 
-from workers.settings import Settings
-from workers.storage.jobs import INGEST, LIGHT
+from workers.settings import LIGHT, QUEUES, Settings
 from workers.storage.models import Part
-from workers.tasks.configuration import make_celery, queue_name
+from workers.tasks.configuration import make_celery
 
 TASK = "workers.tasks.run.run_part_task"
 log = structlog.get_logger(__name__)
@@ -39,7 +38,7 @@ class Dispatcher:
                     self._celery.send_task(
                         TASK,
                         args=[part.id],
-                        queue=queue_name(self._settings, part.queue),
+                        queue=self._settings.queue_name(part.queue),
                         producer=producer,
                         retry=False,
                     )
@@ -50,7 +49,7 @@ class Dispatcher:
         """How many messages wait in a queue; None if the broker does not say."""
         try:
             with self._celery.connection_for_read() as connection:
-                name = queue_name(self._settings, queue)
+                name = self._settings.queue_name(queue)
                 return int(connection.default_channel.client.llen(name))
         except Exception as error:  # any failure of the broker's client means "does not say"
             log.debug("broker does not say", error=str(error)[:200])
@@ -59,8 +58,8 @@ class Dispatcher:
     def forget_queues(self) -> None:
         """Drop all messages that wait; the sweeper sends their parts again."""
         with self._celery.connection_for_write() as connection:
-            for queue in (LIGHT, INGEST):
-                connection.default_channel.client.delete(queue_name(self._settings, queue))
+            for queue in QUEUES:
+                connection.default_channel.client.delete(self._settings.queue_name(queue))
 
     def broker_alive(self) -> bool:
         """Whether the broker answers."""

@@ -14,9 +14,8 @@ from celery.signals import worker_ready, worker_shutting_down
 from celery.worker import state as worker_state
 from sqlalchemy import func, select
 
-from workers.settings import Settings
+from workers.settings import QUEUES, Settings
 from workers.storage.database import Database
-from workers.storage.jobs import INGEST, LIGHT
 from workers.storage.models import Part
 from workers.storage.parts import fail_exhausted, mark_sent, parts_to_send, renew_leases
 from workers.tasks.app import app
@@ -82,9 +81,7 @@ def sweep(settings: Settings, database: Database, dispatcher: Dispatcher) -> int
         )
     if not lost:
         return 0
-    room = {
-        queue: backlog.get(queue, 0) - (dispatcher.waiting(queue) or 0) for queue in (LIGHT, INGEST)
-    }
+    room = {queue: backlog.get(queue, 0) - (dispatcher.waiting(queue) or 0) for queue in QUEUES}
     sent: list[Part] = []
     for part in lost:
         if part.state == "running" and part.attempts >= settings.max_attempts:
