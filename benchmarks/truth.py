@@ -127,8 +127,10 @@ def main() -> None:
     parser.add_argument("--meshes", type=Path, help="folder of real meshes")
     options = parser.parse_args()
     table = Table(title="largest relative difference")
-    for column in ("what", "from", "median", "largest"):
-        table.add_column(column, no_wrap=True)
+    for column in ("what", "from"):
+        table.add_column(column, overflow="fold")
+    for column in ("median", "largest"):
+        table.add_column(column, no_wrap=True, min_width=len("1.0e-10"))
     for what, source, error in closed_forms():
         table.add_row(what, source, "", f"{error:.1e}")
     table.add_row("earth mover's, 49 pairs", "scipy", "", f"{earth_movers_error():.1e}")
