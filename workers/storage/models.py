@@ -43,7 +43,10 @@ class Counter(Base):
 
 
 class TrainedModel(Base):
-    """How shapes are described and compared; immutable once it is ready."""
+    """How shapes are described and compared; immutable once it is ready.
+
+    ``state`` is "ready" or "training"; the job of a model in training says whether it failed.
+    """
 
     __tablename__ = "models"
     name: Mapped[str] = mapped_column(String(63), primary_key=True)
@@ -51,6 +54,7 @@ class TrainedModel(Base):
     state: Mapped[str] = mapped_column(String(20))
     built_in: Mapped[bool] = mapped_column(Boolean)
     definition: Mapped[Json] = mapped_column(JSON)
+    job_id: Mapped[str | None] = mapped_column(String(36))
     created_at: Mapped[float] = mapped_column(Double)
 
 
@@ -187,4 +191,21 @@ class Query(Base):
     sha256: Mapped[str] = mapped_column(String(64), index=True)
     model: Mapped[str] = mapped_column(String(63))
     parameters: Mapped[Json] = mapped_column(JSON)
+    created_at: Mapped[float] = mapped_column(Double)
+
+
+class Evaluation(Base):
+    """Models measured on a collection; without a result, its job says how far it is.
+
+    ``ranks``, one entry a query and model, is long and read only when one is shown.
+    """
+
+    __tablename__ = "evaluations"
+    id: Mapped[str] = mapped_column(String(36), primary_key=True)
+    job_id: Mapped[str] = mapped_column(String(36))
+    collection: Mapped[str] = mapped_column(String(63))
+    models: Mapped[list[str]] = mapped_column(JSON)
+    dissimilarity: Mapped[str | None] = mapped_column(String(40))
+    result: Mapped[Json | None] = mapped_column(JSON(none_as_null=True))
+    ranks: Mapped[list[Json] | None] = mapped_column(JSON(none_as_null=True), deferred=True)
     created_at: Mapped[float] = mapped_column(Double)
