@@ -24,8 +24,7 @@ from workers.geometry.arrays import BoolArray, Float32Array, FloatArray
 from workers.geometry.cleaning import clean
 from workers.geometry.creatures import SPECIES, make_creature
 from workers.geometry.mesh import TriangleMesh
-from workers.geometry.preparation import prepare
-from workers.geometry.spectrum import compute_spectrum
+from workers.geometry.solution import solve
 from workers.retrieval.builtin import built_in_models
 from workers.retrieval.dissimilarity import DISSIMILARITIES, VECTOR_DISSIMILARITIES
 from workers.retrieval.model import Model, describe
@@ -45,9 +44,8 @@ def creatures() -> Iterator[tuple[str, int, TriangleMesh]]:
 def descriptors(mesh: TriangleMesh, models: tuple[Model, ...]) -> dict[str, Float32Array]:
     """Descriptors of a mesh by the model's name; all models share one view."""
     (view,) = {view for model in models for view in model.views}
-    working = prepare(clean(mesh).mesh, view).mesh
-    prepared = {view.name: (working, compute_spectrum(working, n_eigenpairs=view.eigenpairs))}
-    return {model.name: describe(prepared, model) for model in models}
+    solutions = {view.name: solve(clean(mesh).mesh, view)}
+    return {model.name: describe(solutions, model) for model in models}
 
 
 def pair_distances(rows: Float32Array, model: Model, dissimilarity: str) -> FloatArray:

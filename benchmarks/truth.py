@@ -34,7 +34,7 @@ from workers.geometry.cleaning import clean  # noqa: E402
 from workers.geometry.formats import parse  # noqa: E402
 from workers.geometry.laplacian import cotangent_laplacian  # noqa: E402
 from workers.geometry.mesh import TriangleMesh  # noqa: E402
-from workers.geometry.preparation import prepare  # noqa: E402
+from workers.geometry.solution import solve  # noqa: E402
 from workers.geometry.spectrum import compute_spectrum, laplacian_spectrum  # noqa: E402
 from workers.retrieval.builtin import built_in_models  # noqa: E402
 from workers.retrieval.dissimilarity import DISSIMILARITIES  # noqa: E402
@@ -105,9 +105,8 @@ def copy_errors(mesh: TriangleMesh, models: tuple[Model, ...]) -> dict[str, floa
 
 def _descriptors(mesh: TriangleMesh, models: tuple[Model, ...]) -> dict[str, FloatArray]:
     (view,) = models[0].views
-    working = prepare(clean(mesh).mesh, view).mesh
-    prepared = {view.name: (working, compute_spectrum(working, n_eigenpairs=view.eigenpairs))}
-    return {model.name: describe(prepared, model).astype(np.float64) for model in models}
+    solutions = {view.name: solve(clean(mesh).mesh, view)}
+    return {model.name: describe(solutions, model).astype(np.float64) for model in models}
 
 
 def earth_movers_error() -> float:

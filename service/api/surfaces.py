@@ -127,7 +127,8 @@ def spectrum(shape_id: ShapePath, services: ServicesDep) -> SpectrumAnswer:
     """Show the eigenvalues under the first view of the collection's model."""
     found = _computed(services, shape_id)
     try:
-        _, solved = load_solution(services.blobs, found.row.sha256, found.model.views[0])
+        view = found.model.views[0]
+        solved = load_solution(services.blobs, found.row.sha256, view).spectrum
     except BlobNotFoundError:
         raise _not_there(found.view) from None
     return SpectrumAnswer(
@@ -167,7 +168,7 @@ def signature(
     if is_known(request, tag):
         return not_modified(tag)
     try:
-        _, solved = load_solution(services.blobs, found.row.sha256, view)
+        solved = load_solution(services.blobs, found.row.sha256, view).spectrum
         values = vertex_signature(
             services.blobs, found.row.sha256, view, chosen.in_file_units(solved)
         )

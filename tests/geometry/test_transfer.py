@@ -7,7 +7,7 @@ from numpy.testing import assert_allclose
 from tests.meshes import bumpy_sphere, icosphere, rectangle, renumbered, single_triangle, subdivided
 from workers.errors import InvalidRequestError
 from workers.geometry.mesh import TriangleMesh
-from workers.geometry.transfer import closest_barycentric, transfer_to_vertices
+from workers.geometry.transfer import closest_barycentric, closest_points, transfer_to_vertices
 
 
 def test_the_same_mesh_keeps_its_values() -> None:
@@ -77,3 +77,20 @@ def test_a_field_of_another_mesh_is_refused() -> None:
         InvalidRequestError, match="shape \\(5,\\), expected one value for each of 3"
     ):
         transfer_to_vertices(single_triangle(), np.zeros(5), icosphere(1))
+
+
+def test_closest_points_of_points_on_the_surface_are_those_points() -> None:
+    rng = np.random.default_rng(1)
+    mesh = bumpy_sphere(3)
+    faces = rng.integers(mesh.n_faces, size=300)
+    weights = rng.dirichlet(np.ones(3), size=300)
+    positions = np.einsum("pc,pcd->pd", weights, mesh.vertices[mesh.faces[faces]])
+    found = closest_points(mesh, positions)
+    assert_allclose(found.interpolate(mesh.vertices), positions, atol=1e-12)
+    assert_allclose(found.squared_distances, 0.0, atol=1e-24)
+
+
+def test_squared_distances_are_those_to_the_surface() -> None:
+    mesh = icosphere(4)
+    found = closest_points(mesh, 1.5 * mesh.vertices[::7])
+    assert_allclose(np.sqrt(found.squared_distances), 0.5, atol=5e-3)  # faces lie inside the sphere

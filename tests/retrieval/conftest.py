@@ -3,14 +3,12 @@
 import pytest
 
 from tests.meshes import bumpy_sphere
-from workers.geometry.mesh import TriangleMesh
-from workers.geometry.spectrum import Spectrum, compute_spectrum
-
-Solved = tuple[TriangleMesh, Spectrum]
+from workers.geometry.solution import Solution
+from workers.geometry.spectrum import compute_spectrum
 
 
 @pytest.fixture(scope="session")
-def bumpy() -> Solved:
+def bumpy() -> Solution:
     """642 vertices, 60 eigenpairs, all eigenvalues simple."""
     mesh = bumpy_sphere()
-    return mesh, compute_spectrum(mesh, n_eigenpairs=60)
+    return Solution(mesh, compute_spectrum(mesh, n_eigenpairs=60))

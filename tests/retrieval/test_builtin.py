@@ -10,19 +10,20 @@ from tests.meshes import bumpy_sphere, icosphere, renumbered, rotated, scaled, t
 from workers.errors import InvalidRequestError, SpectrumError
 from workers.geometry.mesh import TriangleMesh
 from workers.geometry.preparation import default_view
-from workers.geometry.spectrum import Spectrum, compute_spectrum
+from workers.geometry.solution import Solution
+from workers.geometry.spectrum import compute_spectrum
 from workers.retrieval.builtin import built_in_models, heat_model, histogram_edges
 from workers.retrieval.channels import describe_channel
 from workers.retrieval.model import Model, describe, kernel_curves
 from workers.retrieval.scan import distances
 
-Solved = tuple[TriangleMesh, Spectrum]
 MODELS = built_in_models()
 each_model = pytest.mark.parametrize("model", MODELS, ids=[model.name for model in MODELS])
 
 
 def described(mesh: TriangleMesh, model: Model) -> np.ndarray:
-    return describe({"closed": (mesh, compute_spectrum(mesh, n_eigenpairs=60))}, model)
+    solution = Solution(mesh, compute_spectrum(mesh, n_eigenpairs=60))
+    return describe({"closed": solution}, model)
 
 
 def test_the_built_in_models_are_those_of_the_interface() -> None:
@@ -44,17 +45,17 @@ def test_the_view_follows_the_setting() -> None:
 
 @each_model
 def test_scaled_rotated_and_renumbered_copies_have_the_same_descriptor(
-    bumpy: Solved, model: Model
+    bumpy: Solution, model: Model
 ) -> None:
     rng = np.random.default_rng(3)
-    copy, _ = renumbered(rotated(scaled(bumpy[0], 37.0), rng), rng)
+    copy, _ = renumbered(rotated(scaled(bumpy.mesh, 37.0), rng), rng)
     original = describe({"closed": bumpy}, model)
     # relative to the whole descriptor: float32 and the solver's rounding
     assert np.abs(described(copy, model) - original).sum() <= 1e-6 * np.abs(original).sum()
 
 
 @each_model
-def test_different_surfaces_are_far_apart(bumpy: Solved, model: Model) -> None:
+def test_different_surfaces_are_far_apart(bumpy: Solution, model: Model) -> None:
     shapes = [icosphere(3), torus(40, 16), bumpy_sphere(seed=5)]
     rows = np.stack([describe({"closed": bumpy}, model), *(described(s, model) for s in shapes)])
     for row in rows:
@@ -69,7 +70,7 @@ def test_distance_is_the_plain_dissimilarity(model: Model) -> None:
 
 def test_shape_dna_of_too_small_a_mesh_says_so() -> None:
     mesh = icosphere(0)
-    prepared = {"closed": (mesh, compute_spectrum(mesh, n_eigenpairs=100))}
+    prepared = {"closed": Solution(mesh, compute_spectrum(mesh, n_eigenpairs=100))}
     with pytest.raises(SpectrumError, match=r"needs 20 eigenvalues.* has 11"):
         describe(prepared, MODELS[3])
 
@@ -84,10 +85,10 @@ def test_edges_ascend_evenly_and_then_faster() -> None:
 
 @pytest.mark.parametrize("time", [1e-4, 0.01, 0.15, 1.0, 5.0, 20.0])
 def test_histograms_of_every_heat_time_are_neither_empty_nor_full(
-    bumpy: Solved, time: float
+    bumpy: Solution, time: float
 ) -> None:
     model = heat_model(default_view(), name="mine", time=time)
-    vector = describe_channel(*bumpy, model.channels[0])
+    vector = describe_channel(bumpy, model.channels[0])
     assert np.count_nonzero(vector) >= 10
     assert vector[-1] < 0.01
 

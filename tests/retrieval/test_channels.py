@@ -15,6 +15,7 @@ from workers.diffusion.kernels import BiharmonicKernel, CommuteTimeKernel, HeatK
 from workers.errors import InvalidRequestError, KernelDomainError, SpectrumError
 from workers.geometry.mesh import TriangleMesh
 from workers.geometry.sampling import sample_surface
+from workers.geometry.solution import Solution
 from workers.geometry.spectrum import Spectrum, compute_spectrum
 from workers.retrieval.channels import (
     DIAGONAL,
@@ -25,7 +26,6 @@ from workers.retrieval.channels import (
     normalised_spectrum,
 )
 
-Solved = tuple[TriangleMesh, Spectrum]
 EDGES = tuple(np.linspace(0.0, 4.0, 41).tolist())
 COMMUTE = Channel("c", "closed", CommuteTimeKernel(), DISTANCES, "none", edges=EDGES, samples=200)
 HEAT = replace(COMMUTE, kernel=HeatKernel(0.15), normalisation="first-eigenvalue")
@@ -39,13 +39,13 @@ SHAPE_DNA = Channel("e", "closed", None, EIGENVALUES, "area", levels=NUMBERS)
 SCALE_FREE = [COMMUTE, HEAT, BIHARMONIC, MEAN, QUANTILES, DIAGONALS, SHAPE_DNA]
 
 
-def solve(mesh: TriangleMesh) -> Solved:
-    return mesh, compute_spectrum(mesh, n_eigenpairs=60)
+def solve(mesh: TriangleMesh) -> Solution:
+    return Solution(mesh, compute_spectrum(mesh, n_eigenpairs=60))
 
 
 @pytest.mark.parametrize("channel", [COMMUTE, HEAT, BIHARMONIC, MEAN, DIAGONALS])
-def test_distributions_sum_to_one(bumpy: Solved, channel: Channel) -> None:
-    vector = describe_channel(*bumpy, channel)
+def test_distributions_sum_to_one(bumpy: Solution, channel: Channel) -> None:
+    vector = describe_channel(bumpy, channel)
     assert vector.dtype == np.float32
     assert vector.shape == (channel.dimension,)
     assert np.all(vector >= 0.0)
@@ -64,20 +64,20 @@ DISGUISES: dict[str, Callable[[TriangleMesh], TriangleMesh]] = {
 @pytest.mark.parametrize("disguise", sorted(DISGUISES))
 @pytest.mark.parametrize("channel", SCALE_FREE)
 def test_a_disguised_copy_has_the_same_vector(
-    bumpy: Solved, channel: Channel, disguise: str
+    bumpy: Solution, channel: Channel, disguise: str
 ) -> None:
-    vector = describe_channel(*bumpy, channel)
-    copy = describe_channel(*solve(DISGUISES[disguise](bumpy[0])), channel)
+    vector = describe_channel(bumpy, channel)
+    copy = describe_channel(solve(DISGUISES[disguise](bumpy.mesh)), channel)
     assert_allclose(copy, vector, rtol=1e-5, atol=1e-6)  # float32, and rounding in the solver
 
 
 @pytest.mark.parametrize(
     "channel", [replace(BIHARMONIC, normalisation="none"), replace(SHAPE_DNA, normalisation="none")]
 )
-def test_without_normalisation_scale_is_kept(bumpy: Solved, channel: Channel) -> None:
-    mesh, spectrum = bumpy
-    larger = describe_channel(scaled(mesh, 2.0), spectrum.rescaled(2.0), channel)
-    assert np.abs(larger - describe_channel(mesh, spectrum, channel)).sum() > 0.5
+def test_without_normalisation_scale_is_kept(bumpy: Solution, channel: Channel) -> None:
+    copy = Solution(scaled(bumpy.mesh, 2.0), bumpy.spectrum.rescaled(2.0))
+    larger = describe_channel(copy, channel)
+    assert np.abs(larger - describe_channel(bumpy, channel)).sum() > 0.5
 
 
 @pytest.mark.parametrize(
@@ -85,71 +85,71 @@ def test_without_normalisation_scale_is_kept(bumpy: Solved, channel: Channel) ->
     [("area", lambda s: s.area), ("first-eigenvalue", lambda s: s.eigenvalues[0])],
 )
 def test_normalisation_makes_its_quantity_one(
-    bumpy: Solved, normalisation: str, quantity: Callable[[Spectrum], float]
+    bumpy: Solution, normalisation: str, quantity: Callable[[Spectrum], float]
 ) -> None:
-    assert quantity(normalised_spectrum(bumpy[1], normalisation)) == pytest.approx(1.0)
+    assert quantity(normalised_spectrum(bumpy.spectrum, normalisation)) == pytest.approx(1.0)
 
 
 def test_sphere_eigenvalues_at_area_one_are_logarithms_of_four_pi_l_l_plus_one() -> None:
     degrees = np.repeat([1, 2], [3, 5])
-    vector = describe_channel(*solve(icosphere(4, radius=3.0)), SHAPE_DNA)
+    vector = describe_channel(solve(icosphere(4, radius=3.0)), SHAPE_DNA)
     assert_allclose(vector, np.log(4 * np.pi * degrees * (degrees + 1)), atol=5e-3)
 
 
-def test_mean_normalised_eigenvalues_have_mean_one(bumpy: Solved) -> None:
-    vector = describe_channel(*bumpy, replace(SHAPE_DNA, normalisation="mean"))
+def test_mean_normalised_eigenvalues_have_mean_one(bumpy: Solution) -> None:
+    vector = describe_channel(bumpy, replace(SHAPE_DNA, normalisation="mean"))
     assert np.exp(vector.astype(np.float64)).mean() == pytest.approx(1.0, abs=1e-6)
 
 
-def test_mean_normalised_distances_have_mean_one(bumpy: Solved) -> None:
+def test_mean_normalised_distances_have_mean_one(bumpy: Solution) -> None:
     fine = replace(MEAN, edges=tuple(np.linspace(0.0, 6.0, 3001).tolist()))
-    vector = describe_channel(*bumpy, fine)
+    vector = describe_channel(bumpy, fine)
     centres = np.convolve(fine.edges or (), [0.5, 0.5], mode="valid")
     assert vector.astype(np.float64) @ centres == pytest.approx(1.0, abs=2e-3)  # the bins' width
 
 
-def test_quantiles_lie_where_the_histogram_says(bumpy: Solved) -> None:
+def test_quantiles_lie_where_the_histogram_says(bumpy: Solution) -> None:
     fine = replace(COMMUTE, edges=tuple(np.linspace(0.0, 4.0, 2001).tolist()))
-    cdf = np.cumsum(describe_channel(*bumpy, fine).astype(np.float64))
-    quantiles = describe_channel(*bumpy, QUANTILES)
+    cdf = np.cumsum(describe_channel(bumpy, fine).astype(np.float64))
+    quantiles = describe_channel(bumpy, QUANTILES)
     assert_allclose(
         np.interp(quantiles, np.asarray(fine.edges)[1:], cdf), [0.1, 0.5, 0.9], atol=0.01
     )
 
 
-def test_the_diagonal_is_taken_of_all_vertices_by_area(bumpy: Solved) -> None:
-    spectrum = normalised_spectrum(bumpy[1], "first-eigenvalue")
+def test_the_diagonal_is_taken_of_all_vertices_by_area(bumpy: Solution) -> None:
+    spectrum = normalised_spectrum(bumpy.spectrum, "first-eigenvalue")
     values = diagonal_signature(spectrum, HeatKernel(0.15))
     expected, _ = np.histogram(np.minimum(values, 0.599), SHORT_EDGES, weights=spectrum.areas)
-    vector = describe_channel(*bumpy, DIAGONALS)
+    vector = describe_channel(bumpy, DIAGONALS)
     assert_allclose(vector, expected / spectrum.area, atol=1e-6)
 
 
-def test_a_sample_that_is_there_is_used(bumpy: Solved) -> None:
-    sample = sample_surface(*bumpy, count=200)
-    given = describe_channel(*bumpy, COMMUTE, sample=sample)
-    assert_array_equal(given, describe_channel(*bumpy, COMMUTE))
-    other = describe_channel(*bumpy, COMMUTE, sample=sample_surface(*bumpy, count=20))
-    assert np.any(other != given)
+def test_a_sample_that_is_there_is_used(bumpy: Solution) -> None:
+    plain = describe_channel(bumpy, COMMUTE)
+    for count, same in ((COMMUTE.samples, True), (20, False)):
+        sample = sample_surface(bumpy.mesh, bumpy.spectrum, count=count)
+        given = replace(bumpy, samples={COMMUTE.samples: sample})
+        assert np.array_equal(describe_channel(given, COMMUTE), plain) == same
 
 
-def test_too_few_eigenvalues_are_an_error(bumpy: Solved) -> None:
+def test_too_few_eigenvalues_are_an_error(bumpy: Solution) -> None:
     channel = replace(SHAPE_DNA, levels=(1.0, 61.0))
     with pytest.raises(SpectrumError, match=r"needs 61 eigenvalues.*642 vertices has 60"):
-        describe_channel(*bumpy, channel)
+        describe_channel(bumpy, channel)
 
 
 @pytest.mark.parametrize("channel", [COMMUTE, HEAT, SHAPE_DNA])
-def test_a_mesh_without_eigenpairs_is_an_error(bumpy: Solved, channel: Channel) -> None:
-    mesh, spectrum = bumpy
-    empty = Spectrum(np.empty(0), np.empty((642, 0)), spectrum.areas, spectrum.area)
+def test_a_mesh_without_eigenpairs_is_an_error(bumpy: Solution, channel: Channel) -> None:
+    areas, area = bumpy.spectrum.areas, bumpy.spectrum.area
+    empty = Spectrum(np.empty(0), np.empty((642, 0)), areas, area)
     with pytest.raises(SpectrumError, match="has 0"):
-        describe_channel(mesh, empty, channel)
+        describe_channel(replace(bumpy, spectrum=empty), channel)
 
 
-def test_a_kernel_that_vanishes_has_no_mean(bumpy: Solved) -> None:
+def test_a_kernel_that_vanishes_has_no_mean(bumpy: Solution) -> None:
     with pytest.raises(KernelDomainError, match="vanishes"):
-        describe_channel(*bumpy, replace(MEAN, kernel=HeatKernel(1e9)))
+        describe_channel(bumpy, replace(MEAN, kernel=HeatKernel(1e9)))
 
 
 @pytest.mark.parametrize("channel", SCALE_FREE)

@@ -9,13 +9,12 @@ from numpy.testing import assert_array_equal
 
 from workers.diffusion.kernels import CommuteTimeKernel, HeatKernel, TabulatedKernel
 from workers.errors import InvalidRequestError
-from workers.geometry.mesh import TriangleMesh
 from workers.geometry.preparation import default_view, open_view
+from workers.geometry.solution import Solution
 from workers.geometry.spectrum import Spectrum
 from workers.retrieval.channels import DIAGONAL, DISTANCES, EIGENVALUES, Channel, describe_channel
 from workers.retrieval.model import Model, describe, kernel_curves
 
-Solved = tuple[TriangleMesh, Spectrum]
 EDGES = tuple(np.linspace(0.0, 4.0, 21).tolist())
 CHANNELS = (
     Channel("commute", "closed", CommuteTimeKernel(), DISTANCES, "none", edges=EDGES, samples=90),
@@ -33,19 +32,19 @@ MODEL = Model(
 )
 
 
-def test_a_descriptor_is_its_channels_one_after_the_other(bumpy: Solved) -> None:
+def test_a_descriptor_is_its_channels_one_after_the_other(bumpy: Solution) -> None:
     descriptor = describe({"closed": bumpy, "open": bumpy}, MODEL)
     assert descriptor.shape == (MODEL.dimension,) == (25,)
     assert descriptor.dtype == np.float32
     assert not descriptor.flags.writeable
     assert list(MODEL.slices.values()) == [slice(0, 20), slice(20, 22), slice(22, 25)]
     for channel in CHANNELS:
-        expected = describe_channel(*bumpy, channel)
+        expected = describe_channel(bumpy, channel)
         assert_array_equal(descriptor[MODEL.slices[channel.name]], expected)
 
 
-def test_each_channel_sees_its_own_view(bumpy: Solved) -> None:
-    mesh, spectrum = bumpy
+def test_each_channel_sees_its_own_view(bumpy: Solution) -> None:
+    spectrum = bumpy.spectrum
     stretched = Spectrum(
         spectrum.eigenvalues * np.linspace(1.0, 2.0, 60),
         spectrum.eigenvectors,
@@ -53,17 +52,17 @@ def test_each_channel_sees_its_own_view(bumpy: Solved) -> None:
         spectrum.area,
     )
     plain = describe({"closed": bumpy, "open": bumpy}, MODEL)
-    other = describe({"closed": bumpy, "open": (mesh, stretched)}, MODEL)
+    other = describe({"closed": bumpy, "open": replace(bumpy, spectrum=stretched)}, MODEL)
     assert_array_equal(other[:22], plain[:22])
     assert np.all(other[23:] != plain[23:])
 
 
-def test_the_same_arguments_give_the_same_bytes(bumpy: Solved) -> None:
+def test_the_same_arguments_give_the_same_bytes(bumpy: Solution) -> None:
     prepared = {"closed": bumpy, "open": bumpy}
     assert describe(prepared, MODEL).tobytes() == describe(prepared, MODEL).tobytes()
 
 
-def test_a_missing_view_is_named(bumpy: Solved) -> None:
+def test_a_missing_view_is_named(bumpy: Solution) -> None:
     with pytest.raises(InvalidRequestError, match="needs the view 'open'"):
         describe({"closed": bumpy}, MODEL)
 

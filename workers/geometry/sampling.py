@@ -12,6 +12,9 @@ from workers.geometry.arrays import FloatArray, IntArray, read_only
 from workers.geometry.mesh import TriangleMesh
 from workers.geometry.spectrum import Spectrum
 
+SAMPLES = 800
+"""Points that stand for a shape unless a channel asks for another number of them."""
+
 # Relative difference within which two distances are equal: above what rounding does, so that a
 # rotated or scaled copy of a symmetric shape takes the same vertices and shares the same cells.
 _TIE = 1e-6
@@ -39,7 +42,9 @@ class SurfaceSample:
         object.__setattr__(self, "weights", read_only(self.weights, np.float64))
 
 
-def sample_surface(mesh: TriangleMesh, spectrum: Spectrum, *, count: int = 800) -> SurfaceSample:
+def sample_surface(
+    mesh: TriangleMesh, spectrum: Spectrum, *, count: int = SAMPLES
+) -> SurfaceSample:
     """Farthest points in the spectral embedding, weighted by cells along the surface.
 
     Nothing is random, and only intrinsic quantities are used: eigenpairs and edge lengths.

@@ -1,14 +1,86 @@
 """Carrying a field from one mesh of a surface to another."""
 
+from dataclasses import dataclass
+
 import numpy as np
 from scipy.spatial import cKDTree
 
 from workers.errors import InvalidRequestError
-from workers.geometry.arrays import FloatArray, IntArray
+from workers.geometry.arrays import FloatArray, IntArray, read_only
 from workers.geometry.mesh import TriangleMesh
 
 _NEIGHBOURS = 4  # nearest vertices, and nearest face centres, whose faces are candidates
-_CHUNK = 20_000  # target vertices at a time
+_CHUNK = 20_000  # positions at a time
+
+
+@dataclass(frozen=True, eq=False)
+class SurfacePoints:
+    """Points on a mesh; arrays are read-only.
+
+    Attributes
+    ----------
+    corners : (p, 3) int64
+        Vertices of the face that each point lies on.
+    weights : (p, 3) float64
+        Barycentric coordinates in it, not negative, rows of sum 1.
+    squared_distances : (p,) float64
+        To what the point was looked for, in the square of the mesh's unit.
+    """
+
+    corners: IntArray
+    weights: FloatArray
+    squared_distances: FloatArray
+
+    def __post_init__(self) -> None:
+        """Freeze the arrays."""
+        object.__setattr__(self, "corners", read_only(self.corners, np.int64))
+        object.__setattr__(self, "weights", read_only(self.weights, np.float64))
+        squared = read_only(self.squared_distances, np.float64)
+        object.__setattr__(self, "squared_distances", squared)
+
+    def interpolate(self, values: FloatArray) -> FloatArray:
+        """Values (p, ...) of a field that is given at the mesh's vertices, (n, ...)."""
+        interpolated: FloatArray = np.einsum("pc,pc...->p...", self.weights, values[self.corners])
+        return interpolated
+
+
+def closest_points(mesh: TriangleMesh, positions: FloatArray) -> SurfacePoints:
+    """Points of a surface closest to some positions.
+
+    They are looked for on the faces around the nearest vertices and on the faces with the nearest
+    centres.
+
+    Parameters
+    ----------
+    mesh : TriangleMesh
+        Each of its n vertices belongs to a face.
+    positions : (p, 3) float64
+        Near the surface.
+
+    Returns
+    -------
+    SurfacePoints
+    """
+    corners = mesh.vertices[mesh.faces]  # (m, 3, 3)
+    vertices = cKDTree(mesh.vertices)
+    centres = cKDTree(corners.mean(axis=1))
+    starts, incident = _incident_faces(mesh)
+    found = []
+    for begin in range(0, max(len(positions), 1), _CHUNK):
+        points = positions[begin : begin + _CHUNK]  # (c, 3)
+        near = _nearest(vertices, points)  # (c, 4)
+        faces = _nearest(centres, points)  # (c, 4)
+        owner, face = _candidates(near, starts, incident)
+        owner = np.concatenate([owner, np.repeat(np.arange(len(points)), faces.shape[1])])
+        face = np.concatenate([face, faces.ravel()])  # (q,) candidate pairs
+        weights = closest_barycentric(points[owner], corners[face])  # (q, 3)
+        closest = np.einsum("qc,qcd->qd", weights, corners[face])
+        squared = np.einsum("qd,qd->q", closest - points[owner], closest - points[owner])
+        order = np.lexsort((face, squared, owner))
+        first = np.searchsorted(owner[order], np.arange(len(points)))
+        best = order[first]  # (c,)
+        found.append((mesh.faces[face[best]], weights[best], squared[best]))
+    return SurfacePoints(*(np.concatenate(part) for part in zip(*found, strict=True)))
 
 
 def transfer_to_vertices(
@@ -16,9 +88,7 @@ def transfer_to_vertices(
 ) -> FloatArray:
     """Interpolate a field at the points of the source surface closest to the target's vertices.
 
-    The closest point is looked for on the faces around the nearest source vertices and on the
-    faces with the nearest centres; the field is linear on each face. Values lie within the range
-    of the source's.
+    The field is linear on each face. Values lie within the range of the source's.
 
     Parameters
     ----------
@@ -38,27 +108,7 @@ def transfer_to_vertices(
             f"the field has shape {values.shape}, expected one value for each of "
             f"{source.n_vertices} vertices"
         )
-    corners = source.vertices[source.faces]  # (m, 3, 3)
-    vertices = cKDTree(source.vertices)
-    centres = cKDTree(corners.mean(axis=1))
-    starts, incident = _incident_faces(source)
-    carried = np.empty(target.n_vertices)
-    for begin in range(0, target.n_vertices, _CHUNK):
-        points = target.vertices[begin : begin + _CHUNK]  # (c, 3)
-        near = _nearest(vertices, points)  # (c, 4)
-        faces = _nearest(centres, points)  # (c, 4)
-        owner, face = _candidates(near, starts, incident)
-        owner = np.concatenate([owner, np.repeat(np.arange(len(points)), faces.shape[1])])
-        face = np.concatenate([face, faces.ravel()])  # (p,) candidate pairs
-        weights = closest_barycentric(points[owner], corners[face])  # (p, 3)
-        closest = np.einsum("pc,pcd->pd", weights, corners[face])
-        squared = np.einsum("pd,pd->p", closest - points[owner], closest - points[owner])
-        order = np.lexsort((face, squared, owner))
-        first = np.searchsorted(owner[order], np.arange(len(points)))
-        best = order[first]  # (c,)
-        chosen = values[source.faces[face[best]]]  # (c, 3)
-        carried[begin : begin + _CHUNK] = np.einsum("cd,cd->c", weights[best], chosen)
-    return carried
+    return closest_points(source, target.vertices).interpolate(values)
 
 
 def closest_barycentric(points: FloatArray, corners: FloatArray) -> FloatArray:

@@ -19,6 +19,7 @@ def vertex_signature(blobs: BlobStore, sha256: str, view: View, kernel: Kernel) 
     BlobNotFoundError
         The shape was not computed under this view.
     """
-    working, spectrum = load_solution(blobs, sha256, view)
-    values = diagonal_signature(spectrum, kernel)  # (working vertices,)
-    return transfer_to_vertices(working, values, load_cleaned(blobs, sha256)).astype(np.float32)
+    solution = load_solution(blobs, sha256, view)
+    values = diagonal_signature(solution.spectrum, kernel)  # (working vertices,)
+    cleaned = load_cleaned(blobs, sha256)
+    return transfer_to_vertices(solution.mesh, values, cleaned).astype(np.float32)

@@ -9,8 +9,8 @@ from workers.geometry.arrays import Float32Array
 from workers.geometry.cleaning import clean
 from workers.geometry.formats import MeshLimits, parse
 from workers.geometry.mesh import TriangleMesh
-from workers.geometry.preparation import View, prepare
-from workers.geometry.spectrum import Spectrum, compute_spectrum
+from workers.geometry.preparation import View
+from workers.geometry.solution import Solution, solve
 from workers.retrieval.model import Model, describe
 from workers.settings import Settings
 from workers.storage.blobs import BlobStore, mesh_key
@@ -41,10 +41,8 @@ def read_mesh(blobs: BlobStore, sha256: str, *, filename: str, settings: Setting
     return ReadMesh(cleaned.mesh, cleaned.repairs, parsed.format, parsed.up)
 
 
-def solve_view(
-    blobs: BlobStore, sha256: str, mesh: TriangleMesh, view: View
-) -> tuple[TriangleMesh, Spectrum]:
-    """Return the working mesh and spectrum under a view, solved only if nothing is stored.
+def solve_view(blobs: BlobStore, sha256: str, mesh: TriangleMesh, view: View) -> Solution:
+    """Return a cleaned mesh's solution under a view, solved only if nothing is stored.
 
     Raises
     ------
@@ -54,17 +52,14 @@ def solve_view(
     try:
         return load_solution(blobs, sha256, view)
     except BlobNotFoundError:
-        prepared = prepare(mesh, view).mesh
-        spectrum = compute_spectrum(prepared, n_eigenpairs=view.eigenpairs)
-        store_solution(blobs, sha256, view, prepared, spectrum)
-        return load_solution(blobs, sha256, view)
+        return store_solution(blobs, sha256, view, solve(mesh, view))
 
 
 def describe_mesh(
     blobs: BlobStore, sha256: str, mesh: TriangleMesh, models: Sequence[Model]
 ) -> dict[str, Float32Array]:
     """Descriptors of a cleaned mesh by model name; a view is solved once for all models."""
-    solutions: dict[str, tuple[TriangleMesh, Spectrum]] = {}
+    solutions: dict[str, Solution] = {}
     for view in (view for model in models for view in model.views):
         if view.key not in solutions:
             solutions[view.key] = solve_view(blobs, sha256, mesh, view)

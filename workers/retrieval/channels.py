@@ -16,8 +16,8 @@ from workers.diffusion.distributions import (
 from workers.diffusion.kernels import Kernel, kernel_from_json, kernel_to_json
 from workers.errors import InvalidRequestError, KernelDomainError, SpectrumError
 from workers.geometry.arrays import Float32Array, FloatArray, IntArray
-from workers.geometry.mesh import TriangleMesh
-from workers.geometry.sampling import SurfaceSample, sample_surface
+from workers.geometry.sampling import SAMPLES
+from workers.geometry.solution import Solution
 from workers.geometry.spectrum import Spectrum
 from workers.retrieval.dissimilarity import find_dissimilarity
 
@@ -26,7 +26,6 @@ DIAGONAL = "diagonal-distribution"
 EIGENVALUES = "eigenvalues"
 FEATURES = (DISTANCES, DIAGONAL, EIGENVALUES)
 NORMALISATIONS = ("none", "area", "first-eigenvalue", "mean")
-SAMPLES = 800
 
 
 @dataclass(frozen=True)
@@ -160,24 +159,14 @@ class Channel:
         return InvalidRequestError(f"channel {self.name!r}: {what}")
 
 
-def describe_channel(
-    mesh: TriangleMesh,
-    spectrum: Spectrum,
-    channel: Channel,
-    *,
-    sample: SurfaceSample | None = None,
-) -> Float32Array:
+def describe_channel(solution: Solution, channel: Channel) -> Float32Array:
     """Vector of a shape under a channel.
 
     Parameters
     ----------
-    mesh : TriangleMesh
-        The working mesh of the channel's view.
-    spectrum : Spectrum
-        Of this mesh, in its own unit.
+    solution : Solution
+        Of the shape under the channel's view.
     channel : Channel
-    sample : SurfaceSample, optional
-        What `sample_surface` gives for ``channel.samples``, if it is there already.
 
     Returns
     -------
@@ -191,19 +180,18 @@ def describe_channel(
         The kernel is not finite, or negative, on the spectrum, or vanishes on it.
     """
     needed = int(max(channel.levels or (1,))) if channel.feature == EIGENVALUES else 1
-    if spectrum.n_eigenpairs < needed:
+    if solution.spectrum.n_eigenpairs < needed:
         raise SpectrumError(
             f"channel {channel.name!r} needs {needed} eigenvalues, but the spectrum of this mesh "
-            f"with {mesh.n_vertices} vertices has {spectrum.n_eigenpairs}"
+            f"with {solution.mesh.n_vertices} vertices has {solution.spectrum.n_eigenpairs}"
         )
-    spectrum = normalised_spectrum(spectrum, channel.normalisation)
+    spectrum = normalised_spectrum(solution.spectrum, channel.normalisation)
     if channel.kernel is None:
         return _log_eigenvalues(spectrum, channel)
     if channel.feature == DIAGONAL:
         values = diagonal_signature(spectrum, channel.kernel)  # (n,)
         return _distribution_vector(values, spectrum.areas, channel)
-    if sample is None:
-        sample = sample_surface(mesh, spectrum, count=channel.samples)
+    sample = solution.sample(channel.samples)
     distances = diffusion_distances(spectrum, channel.kernel, sample.indices)  # (s, s)
     return _distribution_vector(distances, sample.weights, channel)
 

@@ -10,11 +10,9 @@ import numpy as np
 from workers.diffusion.kernels import TabulatedKernel, evaluate
 from workers.errors import InvalidRequestError
 from workers.geometry.arrays import Float32Array, FloatArray, read_only
-from workers.geometry.mesh import TriangleMesh
 from workers.geometry.preparation import View
-from workers.geometry.sampling import SurfaceSample, sample_surface
-from workers.geometry.spectrum import Spectrum
-from workers.retrieval.channels import DISTANCES, Channel, describe_channel
+from workers.geometry.solution import Solution
+from workers.retrieval.channels import Channel, describe_channel
 
 CURVE_POINTS = 100
 CURVE_END = {"area": 1300.0}  # 4π · 100: the hundredth eigenvalue of a surface of area 1 (Weyl)
@@ -110,13 +108,13 @@ class Model:
             raise InvalidRequestError(f"the model cannot be read: {error!r}") from error
 
 
-def describe(prepared: Mapping[str, tuple[TriangleMesh, Spectrum]], model: Model) -> Float32Array:
+def describe(solutions: Mapping[str, Solution], model: Model) -> Float32Array:
     """Descriptor of a shape under a model.
 
     Parameters
     ----------
-    prepared : Mapping
-        Working mesh and spectrum by the view's name, for each of ``model.views``.
+    solutions : Mapping
+        By the view's name, for each of ``model.views``.
     model : Model
 
     Returns
@@ -132,22 +130,14 @@ def describe(prepared: Mapping[str, tuple[TriangleMesh, Spectrum]], model: Model
     InvalidRequestError
         A view is missing.
     """
-    samples: dict[tuple[str, int], SurfaceSample] = {}  # drawn once for all channels
     vectors = []
     for channel in model.channels:
-        if channel.view not in prepared:
+        if channel.view not in solutions:
             raise InvalidRequestError(
                 f"model {model.name!r} needs the view {channel.view!r}, "
-                f"but the shape was prepared as {', '.join(prepared) or 'none'}"
+                f"but the shape was prepared as {', '.join(solutions) or 'none'}"
             )
-        mesh, spectrum = prepared[channel.view]
-        sample = None
-        if channel.feature == DISTANCES and spectrum.n_eigenpairs:
-            key = (channel.view, channel.samples)
-            if key not in samples:
-                samples[key] = sample_surface(mesh, spectrum, count=channel.samples)
-            sample = samples[key]
-        vectors.append(describe_channel(mesh, spectrum, channel, sample=sample))
+        vectors.append(describe_channel(solutions[channel.view], channel))
     descriptor: Float32Array = read_only(np.concatenate(vectors), np.float32)
     return descriptor
 

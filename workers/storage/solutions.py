@@ -1,4 +1,4 @@
-"""What was computed of a mesh, as blobs: the cleaned mesh, the working mesh and its spectrum.
+"""What was computed of a mesh, as blobs: the cleaned mesh, and its solution under a view.
 
 Eigenvectors are kept in half precision, as those of the surface at area 1: about 1 MB a shape,
 and retrieval was measured level with double precision. Descriptors are made from what is read
@@ -6,6 +6,7 @@ back, never from what is still in memory, so that a shape described at its uploa
 described again later have the same bits.
 """
 
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -13,6 +14,8 @@ from numpy.typing import NDArray
 
 from workers.geometry.mesh import TriangleMesh
 from workers.geometry.preparation import View
+from workers.geometry.sampling import SAMPLES, SurfaceSample
+from workers.geometry.solution import Solution
 from workers.geometry.spectrum import Spectrum
 from workers.storage.arrays import pack, unpack
 from workers.storage.blobs import BlobStore, cleaned_key, spectrum_key
@@ -36,10 +39,12 @@ def load_cleaned(blobs: BlobStore, sha256: str) -> TriangleMesh:
     return TriangleMesh(arrays["vertices"], arrays["faces"])
 
 
-def store_solution(
-    blobs: BlobStore, sha256: str, view: View, mesh: TriangleMesh, spectrum: Spectrum
-) -> None:
-    """Keep the working mesh and the spectrum of these bytes under a view."""
+def store_solution(blobs: BlobStore, sha256: str, view: View, solution: Solution) -> Solution:
+    """Keep the solution of these bytes under a view; return it as it will be read back.
+
+    Its sample is taken of the eigenvectors as they are kept.
+    """
+    mesh, spectrum = solution.mesh, solution.spectrum
     arrays: dict[str, NDArray[Any]] = {
         "vertices": mesh.vertices.astype(np.float32),
         "faces": mesh.faces.astype(np.int32),
@@ -48,18 +53,29 @@ def store_solution(
         "areas": spectrum.areas,
         "area": np.array(spectrum.area),
     }
+    kept = _read(arrays)
+    if kept.spectrum.n_eigenpairs:
+        sample = kept.sample()
+        arrays |= {
+            "sample_indices": sample.indices.astype(np.int32),
+            "sample_weights": sample.weights,
+        }
     blobs.put(spectrum_key(sha256, view.key), pack(arrays))
+    return _read(arrays)
 
 
-def load_solution(blobs: BlobStore, sha256: str, view: View) -> tuple[TriangleMesh, Spectrum]:
-    """Return the working mesh and the spectrum of these bytes under a view.
+def load_solution(blobs: BlobStore, sha256: str, view: View) -> Solution:
+    """Return the solution of these bytes under a view.
 
     Raises
     ------
     BlobNotFoundError
-        They were not computed.
+        It was not computed.
     """
-    arrays = unpack(blobs.get(spectrum_key(sha256, view.key)))
+    return _read(unpack(blobs.get(spectrum_key(sha256, view.key))))
+
+
+def _read(arrays: Mapping[str, NDArray[Any]]) -> Solution:
     area = float(arrays["area"])
     spectrum = Spectrum(
         eigenvalues=arrays["eigenvalues"],
@@ -67,4 +83,7 @@ def load_solution(blobs: BlobStore, sha256: str, view: View) -> tuple[TriangleMe
         areas=arrays["areas"],
         area=area,
     )
-    return TriangleMesh(arrays["vertices"], arrays["faces"]), spectrum
+    samples = {}
+    if "sample_indices" in arrays:  # not there if stored before samples were kept
+        samples[SAMPLES] = SurfaceSample(arrays["sample_indices"], arrays["sample_weights"])
+    return Solution(TriangleMesh(arrays["vertices"], arrays["faces"]), spectrum, samples)
