@@ -3,9 +3,12 @@
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
+from scipy.spatial.distance import squareform
 
 from workers.diffusion.distributions import (
+    bin_numbers,
     distance_distribution,
+    product_measure,
     value_distribution,
     weighted_mean,
     weighted_quantiles,
@@ -110,8 +113,34 @@ def test_the_mean_of_distances_is_over_all_pairs(points: tuple[FloatArray, Float
     distances, weights = points
     pairs = np.outer(weights, weights)
     expected = np.average(distances, weights=pairs)
-    assert weighted_mean(distances, weights) == pytest.approx(expected, rel=1e-12)
+    measure = product_measure(squareform(distances, checks=False), weights)
+    assert weighted_mean(*measure) == pytest.approx(expected, rel=1e-12)
     assert weighted_mean(distances.ravel(), pairs.ravel()) == pytest.approx(expected, rel=1e-12)
+
+
+def test_each_pair_once_gives_the_distribution_of_the_whole_matrix(
+    points: tuple[FloatArray, FloatArray],
+) -> None:
+    distances, weights = points
+    once = distance_distribution(squareform(distances, checks=False), weights, EDGES)
+    assert_array_equal(once.masses, distance_distribution(distances, weights, EDGES).masses)
+
+
+@pytest.mark.parametrize(
+    "edges",
+    [
+        np.linspace(0.0, 3.0, 91),
+        np.concatenate([np.linspace(0.0, 3.0, 91), np.geomspace(3.0, 12.0, 11)[1:]]),
+        np.array([-1.0, -0.5, 1e-3, 2.0, 2.0 + 1e-9, 7.0]),  # too fine for a table
+        np.array([0.1, 0.3]),
+    ],
+)
+def test_bins_are_those_of_a_binary_search(edges: FloatArray) -> None:
+    rng = np.random.default_rng(6)
+    near = np.nextafter(edges, -np.inf), edges, np.nextafter(edges, np.inf)
+    values = np.concatenate([rng.uniform(-2.0, 15.0, 20_000), *near, [-1e300, 1e300, np.inf]])
+    expected = np.clip(np.searchsorted(edges, values, side="right") - 1, 0, len(edges) - 2)
+    assert_array_equal(bin_numbers(values, edges), expected)
 
 
 def test_quantiles_of_equal_weights_are_hazens() -> None:

@@ -34,6 +34,22 @@ def diffusion_map(spectrum: Spectrum, kernel: Kernel, sample: IntArray) -> Float
     return coordinates
 
 
+def pairwise_diffusion_distances(
+    spectrum: Spectrum, kernel: Kernel, sample: IntArray
+) -> FloatArray:
+    """Diffusion distances of every pair of sampled vertices once, the root of eq. (4).
+
+    Differences are squared one by one: ``|a|² + |b|² - 2ab`` would lose the small distances.
+
+    Returns
+    -------
+    (s (s - 1) / 2,) float64, not negative: those of (0, 1), (0, 2), …, (1, 2), …, as of `pdist`.
+    Arguments and errors are those of `squared_diffusion_distances`.
+    """
+    distances: FloatArray = np.sqrt(pdist(diffusion_map(spectrum, kernel, sample), "sqeuclidean"))
+    return distances
+
+
 def squared_diffusion_distances(spectrum: Spectrum, kernel: Kernel, sample: IntArray) -> FloatArray:
     """Squared diffusion distances between sampled vertices, eq. (4).
 

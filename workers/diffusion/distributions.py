@@ -1,11 +1,14 @@
 """Distributions of distances and of values on a surface, by area."""
 
+import functools
 from dataclasses import dataclass
 
 import numpy as np
 
 from workers.errors import InvalidRequestError
-from workers.geometry.arrays import FloatArray, read_only
+from workers.geometry.arrays import FloatArray, IntArray, read_only
+
+_MOST_CELLS = 1 << 14  # of the table by which values are put into bins
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,8 +50,9 @@ def distance_distribution(
 
     Parameters
     ----------
-    distances : (s, s) float64
-        Symmetric, not negative.
+    distances : (s, s) or (s (s - 1) / 2,) float64
+        Symmetric, not negative; or those of every pair once, as `pairwise_diffusion_distances`
+        gives them.
     weights : (s,) float64
         Area that each sampled point stands for.
     edges : (b + 1,) float64
@@ -61,9 +65,29 @@ def distance_distribution(
     -------
     Distribution
     """
-    i, j = np.triu_indices(len(weights))
-    pairs = weights[i] * weights[j] * np.where(i == j, 1.0, 2.0)  # (s (s + 1) / 2,)
-    return value_distribution(distances[i, j], pairs, edges, normalised=normalised)
+    if distances.ndim == 2:
+        distances = distances[_pairs(len(weights))]
+    values, pairs = product_measure(distances, weights)
+    return value_distribution(values, pairs, edges, normalised=normalised)
+
+
+def product_measure(distances: FloatArray, weights: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Distances of all ordered pairs as values with their weights, (s (s + 1) / 2,) each.
+
+    Parameters
+    ----------
+    distances : (s (s - 1) / 2,) float64
+        Of every pair once, as `pairwise_diffusion_distances` gives them.
+    weights : (s,) float64
+
+    Returns
+    -------
+    values, weights
+        Each pair counts 2 w_i w_j, and each point w_i² at the distance 0 from itself.
+    """
+    i, j = _pairs(len(weights))
+    values = np.concatenate([distances, np.zeros(len(weights))])
+    return values, np.concatenate([2.0 * weights[i] * weights[j], weights**2])
 
 
 def value_distribution(
@@ -92,7 +116,7 @@ def value_distribution(
     widths = np.diff(edges)
     if len(widths) < 1 or not np.all(widths > 0):
         raise InvalidRequestError("edges of a distribution must ascend and be at least 2")
-    bins = np.clip(np.searchsorted(edges, values, side="right") - 1, 0, len(widths) - 1)  # (n,)
+    bins = bin_numbers(values, edges)  # (n,)
     counted = np.bincount(bins, weights=weights, minlength=len(widths))  # (b,)
     masses = np.asarray(counted, dtype=np.float64)
     if normalised:
@@ -103,10 +127,35 @@ def value_distribution(
     return Distribution(edges, masses / widths, np.cumsum(masses))
 
 
+def bin_numbers(values: FloatArray, edges: FloatArray) -> IntArray:
+    """Number of the bin that each value falls into, (n,), from 0; those beyond in the outermost.
+
+    A table says which bin the left end of a narrow cell lies in; two comparisons with the edges
+    themselves make it exact. It is a third of the time of a binary search, which is most of the
+    time of a description.
+    """
+    last = len(edges) - 2
+    span = float(edges[-1] - edges[0])
+    n_cells = 2.0 * np.ceil(span / float(np.diff(edges).min())) + 1.0
+    if not n_cells <= _MOST_CELLS:
+        return np.clip(np.searchsorted(edges, values, side="right") - 1, 0, last)
+    cells = np.clip((values - edges[0]) * (n_cells / span), 0.0, n_cells - 1.0).astype(np.int64)
+    left_ends = edges[0] + np.arange(n_cells) * (span / n_cells)
+    bins: IntArray = np.clip(np.searchsorted(edges, left_ends, side="right") - 1, 0, last)[cells]
+    bins += values >= np.append(edges[1:-1], np.nan)[bins]  # nothing lies above the last bin
+    bins -= values < np.append(np.nan, edges[1:-1])[bins]
+    return bins
+
+
+@functools.lru_cache(maxsize=4)
+def _pairs(count: int) -> tuple[IntArray, IntArray]:
+    """Indices (i < j) of every pair, in the order of `pairwise_diffusion_distances`."""
+    i, j = np.triu_indices(count, k=1)
+    return read_only(i, np.int64), read_only(j, np.int64)
+
+
 def weighted_mean(values: FloatArray, weights: FloatArray) -> float:
-    """Mean of (n,) values under (n,) weights; of an (s, s) matrix under their product measure."""
-    if values.ndim == 2:
-        values = (values * weights).sum(axis=1) / weights.sum()  # (s,)
+    """Mean of (n,) values under (n,) weights."""
     return float((values * weights).sum() / weights.sum())
 
 

@@ -6,9 +6,9 @@ from typing import Any
 
 import numpy as np
 
-from workers.diffusion.distances import diagonal_signature, diffusion_distances
+from workers.diffusion.distances import diagonal_signature, pairwise_diffusion_distances
 from workers.diffusion.distributions import (
-    distance_distribution,
+    product_measure,
     value_distribution,
     weighted_mean,
     weighted_quantiles,
@@ -192,8 +192,8 @@ def describe_channel(solution: Solution, channel: Channel) -> Float32Array:
         values = diagonal_signature(spectrum, channel.kernel)  # (n,)
         return _distribution_vector(values, spectrum.areas, channel)
     sample = solution.sample(channel.samples)
-    distances = diffusion_distances(spectrum, channel.kernel, sample.indices)  # (s, s)
-    return _distribution_vector(distances, sample.weights, channel)
+    distances = pairwise_diffusion_distances(spectrum, channel.kernel, sample.indices)
+    return _distribution_vector(*product_measure(distances, sample.weights), channel)
 
 
 def normalised_spectrum(spectrum: Spectrum, normalisation: str) -> Spectrum:
@@ -215,7 +215,7 @@ def _log_eigenvalues(spectrum: Spectrum, channel: Channel) -> Float32Array:
 
 
 def _distribution_vector(values: FloatArray, weights: FloatArray, channel: Channel) -> Float32Array:
-    """Histogram or quantiles of (n,) values or (s, s) distances."""
+    """Histogram or quantiles of (n,) values."""
     if channel.normalisation == "mean":
         mean = weighted_mean(values, weights)
         if not mean > 0.0:
@@ -223,12 +223,9 @@ def _distribution_vector(values: FloatArray, weights: FloatArray, channel: Chann
         values = values / mean
     if channel.levels is not None:
         levels = np.asarray(channel.levels, dtype=np.float64)
-        if values.ndim == 2:
-            values, weights = values.ravel(), np.outer(weights, weights).ravel()  # (s²,)
         return weighted_quantiles(values, weights, levels).astype(np.float32)
     edges = np.asarray(channel.edges, dtype=np.float64)
-    distribution = distance_distribution if values.ndim == 2 else value_distribution
-    return distribution(values, weights, edges).masses.astype(np.float32)
+    return value_distribution(values, weights, edges).masses.astype(np.float32)
 
 
 def _unknown(channel: str, what: str, found: str, expected: tuple[str, ...]) -> InvalidRequestError:
