@@ -4,18 +4,17 @@ import functools
 import hashlib
 import multiprocessing
 import signal
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import dataclass
 from pathlib import Path
 
-import numpy as np
-
 import workers.geometry.creatures
-from service.cli import deformations
+import workers.geometry.transformations
 from workers.geometry.creatures import SPECIES, Creature, make_creature
 from workers.geometry.formats import write
 from workers.geometry.mesh import TriangleMesh
+from workers.geometry.transformations import transform
 
 SHAPES = 60
 QUESTIONS = 12
@@ -23,16 +22,12 @@ STORED_POSES = (1, 2)
 OTHER_POSE = 7
 IN_ANOTHER_POSE = "in another pose"
 
-Deformation = Callable[[TriangleMesh, np.random.Generator], TriangleMesh]
-
-DEFORMATIONS: dict[str, Deformation] = {
-    IN_ANOTHER_POSE: lambda mesh, rng: mesh,
-    "3.7 times as large, turned": lambda mesh, rng: deformations.scale_and_turn(
-        mesh, factor=3.7, rng=rng
-    ),
-    "noisy": lambda mesh, rng: deformations.add_noise(mesh, strength=0.15, rng=rng),
-    "with holes": lambda mesh, rng: deformations.punch_holes(mesh, count=8, share=0.004, rng=rng),
-    "coarser": lambda mesh, rng: deformations.coarsen(mesh, share=0.35),
+DEFORMATIONS: dict[str, tuple[str, int]] = {  # transformation and strength
+    IN_ANOTHER_POSE: ("isometry", 1),
+    "of another scale": ("scale", 5),
+    "noisy": ("noise", 1),
+    "with holes": ("holes", 1),
+    "coarser": ("sampling", 2),
 }
 
 
@@ -64,18 +59,19 @@ class DemoMesh:
     def path(self) -> Path:
         """Where its file is, below the demo's folder."""
         if self.deformation:
-            how = self.deformation.split(",")[0].replace(" ", "-")
+            how = self.deformation.replace(" ", "-")
             return Path("questions", f"{self.creature}-{how}.ply")
         return Path("creatures", self.species, f"{self.creature}-{self.pose:02}.ply")
 
     def make(self) -> TriangleMesh:
         """Make it; the same each time."""
-        mesh = _individual(self.species, self.individual).posed(self.pose)
+        creature = _individual(self.species, self.individual)
+        mesh = creature.posed(self.pose)
         if not self.deformation:
             return mesh
-        digest = hashlib.sha256(str(self.path).encode()).digest()
-        rng = np.random.default_rng(int.from_bytes(digest[:8], "little"))
-        return DEFORMATIONS[self.deformation](mesh, rng)
+        name, strength = DEFORMATIONS[self.deformation]
+        seed = SPECIES.index(self.species)
+        return transform(creature.rest, name, strength, seed=seed, pose=mesh).mesh
 
 
 @functools.lru_cache(maxsize=4)
@@ -160,8 +156,9 @@ def _leave_interrupts_to_the_parent() -> None:
 
 def generator_key() -> str:
     """Return a short name of the code that makes the meshes: another version, another folder."""
-    package = Path(next(iter(workers.geometry.creatures.__path__)))
-    sources = [Path(__file__), Path(deformations.__file__), *sorted(package.rglob("*.py"))]
+    sources = [Path(__file__)]
+    for package in (workers.geometry.creatures, workers.geometry.transformations):
+        sources += sorted(Path(next(iter(package.__path__))).rglob("*.py"))
     digest = hashlib.sha256()
     for source in sources:
         digest.update(source.read_bytes())

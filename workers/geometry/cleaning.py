@@ -79,13 +79,18 @@ def without_useless_faces(mesh: TriangleMesh) -> TriangleMesh:
 
     For meshes that a preparation step made; may leave no face at all.
     """
-    faces = mesh.faces
-    extent = _require_extent(mesh.vertices)
-    faces = faces[~_degenerate(mesh.vertices / extent, faces)]
-    faces = faces[_first_of_their_kind(faces)]
+    faces = mesh.faces[useful_faces(mesh)]
     if len(faces) == mesh.n_faces and len(np.unique(faces)) == mesh.n_vertices:
         return mesh
     return TriangleMesh(*_without_unreferenced(mesh.vertices, faces))
+
+
+def useful_faces(mesh: TriangleMesh) -> IntArray:
+    """Indices of the faces that are neither degenerate nor repeat an earlier one, ascending."""
+    extent = _require_extent(mesh.vertices)
+    sound = np.flatnonzero(~_degenerate(mesh.vertices / extent, mesh.faces))
+    useful: IntArray = sound[_first_of_their_kind(mesh.faces[sound])]
+    return useful
 
 
 def _report(repairs: list[str], sentence: str, count: int, noun: tuple[str, str]) -> None:

@@ -31,7 +31,7 @@ LARGEST_AREA_ERROR = 0.05  # relative; sound levels were within 0.02
 AGGRESSIVENESS = (7.0, 4.0)  # of the error threshold's growth: tried in this order
 LARGEST_VALENCE = 20_000  # the simplifier takes the square of it
 
-_one_at_a_time = threading.Lock()  # fast_simplification keeps its mesh in global variables
+ONE_AT_A_TIME = threading.Lock()  # fast_simplification keeps its mesh in global variables
 
 
 @dataclass(frozen=True, eq=False)
@@ -168,7 +168,7 @@ def _decimated(
 ) -> TriangleMesh:
     """Mesh of about ``target`` vertices by quadric error, in unit area, unchecked."""
     n_faces = round(mesh.n_faces * target / mesh.n_vertices)
-    with _one_at_a_time:
+    with ONE_AT_A_TIME:
         points, triangles = fast_simplification.simplify(
             mesh.vertices.copy(),
             mesh.faces.astype(np.int32),

@@ -5,6 +5,11 @@ closed surface (`implicit`, `relaxation`) that follows its bones (`skinning`); `
 puts this together.
 """
 
-from workers.geometry.creatures.individual import SPECIES, Creature, make_creature
+from workers.geometry.creatures.individual import (
+    CREATURES_VERSION,
+    SPECIES,
+    Creature,
+    make_creature,
+)
 
-__all__ = ["SPECIES", "Creature", "make_creature"]
+__all__ = ["CREATURES_VERSION", "SPECIES", "Creature", "make_creature"]

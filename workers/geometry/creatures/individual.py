@@ -20,6 +20,9 @@ from workers.geometry.mesh import TriangleMesh
 
 SPECIES: tuple[str, ...] = tuple(BUILDERS)
 
+CREATURES_VERSION = "1"
+"""Part of the key of what is stored of creatures: raised when the same seeds give other bytes."""
+
 _FEWEST, _MOST = 2_000, 20_000
 _ATTEMPTS = 10  # to bring limbs apart that run into each other,
 _CALMER = 0.65  # each time by this factor on the angles that are to blame
