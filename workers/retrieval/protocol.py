@@ -1,0 +1,124 @@
+"""Who is asked and who is searched when models are measured on a labelled collection."""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import numpy as np
+
+from workers.errors import InvalidRequestError
+from workers.geometry.arrays import IntArray, read_only
+
+NULL = "null"
+"""What a file's name says of a shape that is not transformed: ``cat.null.0.off``."""
+
+NO_LABEL = "no-label"
+NO_RELEVANT_TARGET = "no-relevant-target"
+UNLABELLED = -1
+
+
+@dataclass(frozen=True)
+class LabelledShape:
+    """What an evaluation has to know of a shape; "" is no label."""
+
+    id: str
+    name: str = ""
+    label: str | None = None
+    transformation: str | None = None
+    strength: int | None = None
+
+    @property
+    def is_transformed(self) -> bool:
+        """Whether a transformation is named, and it is not ``null``."""
+        return self.transformation not in {None, "", NULL}
+
+
+@dataclass(frozen=True)
+class LeftOut:
+    """A shape that was not asked with, and why: one of the reasons above, or a caller's own."""
+
+    id: str
+    name: str
+    reason: str
+
+
+@dataclass(frozen=True, eq=False)
+class Protocol:
+    """Which shapes are queries and which are targets.
+
+    Attributes
+    ----------
+    shapes : tuple of n LabelledShape
+        Ordered by id, so that the order of indices breaks ties as the search does.
+    classes : (n,) int64
+        Number of each shape's label, -1 where it has none.
+    labels : tuple of str
+        By number, sorted.
+    queries, targets : (q,), (m,) int64
+        Indices of shapes, rising.
+    leave_one_out : bool
+        Every query is a target too, and is left out of its own list.
+    left_out : tuple of LeftOut
+        Shapes that would have been queries.
+    """
+
+    shapes: tuple[LabelledShape, ...]
+    classes: IntArray
+    labels: tuple[str, ...]
+    queries: IntArray
+    targets: IntArray
+    leave_one_out: bool
+    left_out: tuple[LeftOut, ...]
+
+
+def plan_protocol(shapes: Iterable[LabelledShape]) -> Protocol:
+    """Choose queries and targets.
+
+    Where shapes are transformed, those are the queries and all others the targets. Otherwise each
+    shape is a query against the rest. A shape without a label is never a query, nor is one whose
+    label no other target has; both are named. Among the targets they stay.
+
+    Raises
+    ------
+    InvalidRequestError
+        There is nothing to ask or nothing to be found; says what there is and what is needed.
+    """
+    ordered = tuple(sorted(shapes, key=lambda shape: shape.id))
+    labels = tuple(sorted({shape.label for shape in ordered if shape.label}))
+    number = {label: i for i, label in enumerate(labels)}
+    classes = np.array([number.get(shape.label or "", UNLABELLED) for shape in ordered], dtype=int)
+    transformed = np.array([shape.is_transformed for shape in ordered], dtype=bool)
+    alone = not transformed.any()
+    asked = np.flatnonzero(transformed | alone)
+    targets = np.flatnonzero(~transformed)
+    of_label = np.bincount(classes[targets] + 1, minlength=len(labels) + 1)  # targets, from -1 on
+    found = of_label[classes[asked] + 1] - alone  # but for the query itself
+    labelled = classes[asked] != UNLABELLED
+    queries = asked[labelled & (found > 0)]
+    if len(queries) == 0:
+        raise InvalidRequestError(_what_is_missing(ordered, labels, int(transformed.sum())))
+    return Protocol(
+        shapes=ordered,
+        classes=read_only(classes, np.int64),
+        labels=labels,
+        queries=read_only(queries, np.int64),
+        targets=read_only(targets, np.int64),
+        leave_one_out=alone,
+        left_out=tuple(
+            LeftOut(ordered[i].id, ordered[i].name, NO_RELEVANT_TARGET if has else NO_LABEL)
+            for i, has, n in zip(asked.tolist(), labelled.tolist(), found.tolist(), strict=True)
+            if not has or n <= 0
+        ),
+    )
+
+
+def _what_is_missing(
+    shapes: tuple[LabelledShape, ...], labels: tuple[str, ...], transformed: int
+) -> str:
+    with_label = sum(bool(shape.label) for shape in shapes)
+    return (
+        f"found {len(shapes)} shapes that can be compared, {with_label} of them with a label "
+        f"({len(labels)} different ones) and {transformed} with a transformation other than "
+        f"{NULL!r}; expected a transformed shape and another of its label that is not transformed, "
+        "or without transformations two shapes of one label. A file named "
+        "<label>.<transformation>.<strength>.off says both, its folder says the label"
+    )
