@@ -53,7 +53,9 @@ def test_a_table_is_linear_in_the_logarithm_between_its_points() -> None:
 
 @pytest.mark.parametrize("outside", [0.0, 0.99, 1001.0, -1.0])
 def test_a_table_is_never_extrapolated(outside: float) -> None:
-    with pytest.raises(KernelDomainError, match=r"tabulated for eigenvalues from 1 to 1000"):
+    with pytest.raises(
+        KernelDomainError, match=r"tabulated kernel is known for eigenvalues from 1 to 1000"
+    ):
         evaluate(TABLE, np.array([2.0, outside]))
 
 

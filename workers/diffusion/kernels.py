@@ -9,8 +9,26 @@ from typing import Any, ClassVar, Protocol, runtime_checkable
 
 import numpy as np
 
+from workers.diffusion.bounded_kernels import (
+    SplineKernel,
+    TabulatedKernel,
+    check_squared_transfer,
+)
 from workers.errors import InvalidRequestError, KernelDomainError
-from workers.geometry.arrays import FloatArray, read_only
+from workers.geometry.arrays import FloatArray
+
+__all__ = [
+    "BiharmonicKernel",
+    "BoundedKernel",
+    "CommuteTimeKernel",
+    "HeatKernel",
+    "Kernel",
+    "SplineKernel",
+    "TabulatedKernel",
+    "evaluate",
+    "kernel_from_json",
+    "kernel_to_json",
+]
 
 
 @runtime_checkable
@@ -26,6 +44,16 @@ class Kernel(Protocol):
     @property
     def parameters(self) -> dict[str, Any]:
         """What the kernel is made of, as JSON."""
+        ...
+
+
+@runtime_checkable
+class BoundedKernel(Kernel, Protocol):
+    """A kernel that is known on a range of eigenvalues only, and NaN outside."""
+
+    @property
+    def domain(self) -> tuple[float, float]:
+        """Smallest and largest eigenvalue."""
         ...
 
 
@@ -91,57 +119,6 @@ class BiharmonicKernel:
         return {}
 
 
-@dataclass(frozen=True, eq=False)
-class TabulatedKernel:
-    """K² given at some eigenvalues and linear in log λ between them.
-
-    Attributes
-    ----------
-    eigenvalues : (r,) float64
-        Positive and ascending, r >= 2.
-    values : (r,) float64
-        K² there, finite and not negative.
-    """
-
-    kind: ClassVar[str] = "tabulated"
-    eigenvalues: FloatArray
-    values: FloatArray
-
-    def __post_init__(self) -> None:
-        """Freeze and check the table."""
-        for name in ("eigenvalues", "values"):
-            object.__setattr__(self, name, read_only(np.ravel(getattr(self, name)), np.float64))
-        r = len(self.eigenvalues)
-        if r < 2 or len(self.values) != r:
-            raise InvalidRequestError(
-                f"a tabulated kernel has {r} eigenvalues and {len(self.values)} values, "
-                "expected as many of both and at least 2"
-            )
-        ascending = self.eigenvalues[0] > 0 and np.all(np.diff(self.eigenvalues) > 0)
-        if not (ascending and np.isfinite(self.eigenvalues[-1])):
-            raise InvalidRequestError("eigenvalues of a tabulated kernel must be > 0 and ascend")
-        _check_squared_transfer(self.eigenvalues, self.values)
-
-    def squared_transfer(self, eigenvalues: FloatArray) -> FloatArray:
-        """Interpolate, NaN outside the table; never extrapolated."""
-        inside = eigenvalues > 0
-        places = np.log(np.where(inside, eigenvalues, 1.0))
-        logs = np.log(self.eigenvalues)
-        # a bound that was rounded in the last place is still inside
-        slack = 1e-12 * np.maximum(1.0, np.abs(logs[[0, -1]]))
-        inside &= (places >= logs[0] - slack[0]) & (places <= logs[-1] + slack[1])
-        squared: FloatArray = np.where(inside, np.interp(places, logs, self.values), np.nan)
-        return squared
-
-    @property
-    def parameters(self) -> dict[str, Any]:
-        """The table."""
-        return {
-            "eigenvalues": self.eigenvalues.tolist(),
-            "squared_transfer": self.values.tolist(),
-        }
-
-
 def evaluate(kernel: Kernel, eigenvalues: FloatArray) -> FloatArray:
     """K²(λ), checked: every user of a kernel goes through here.
 
@@ -161,13 +138,13 @@ def evaluate(kernel: Kernel, eigenvalues: FloatArray) -> FloatArray:
         K² is not finite, or negative, at one of the eigenvalues.
     """
     squared = np.asarray(kernel.squared_transfer(eigenvalues), dtype=np.float64)  # (k,)
-    if isinstance(kernel, TabulatedKernel) and np.isnan(squared).any():
-        first = eigenvalues[np.isnan(squared)][0]
+    if isinstance(kernel, BoundedKernel) and np.isnan(squared).any():
+        low, high = kernel.domain
         raise KernelDomainError(
-            f"the kernel is tabulated for eigenvalues from {kernel.eigenvalues[0]:g} to "
-            f"{kernel.eigenvalues[-1]:g}, but the spectrum has {first:g}"
+            f"the {kernel.kind} kernel is known for eigenvalues from {low:g} to {high:g}, "
+            f"but the spectrum has {eigenvalues[np.isnan(squared)][0]:g}"
         )
-    _check_squared_transfer(eigenvalues, squared)
+    check_squared_transfer(eigenvalues, squared)
     return squared
 
 
@@ -198,12 +175,22 @@ def kernel_from_json(value: Mapping[str, Any]) -> Kernel:
                     np.asarray(parameters["eigenvalues"], dtype=np.float64),
                     np.asarray(parameters["squared_transfer"], dtype=np.float64),
                 )
+            case SplineKernel.kind:
+                low, high = parameters.get("domain", (parameters["low"], parameters["high"]))
+                return SplineKernel(
+                    float(parameters["low"]),
+                    float(parameters["high"]),
+                    int(parameters["degree"]),
+                    np.asarray(parameters["coefficients"], dtype=np.float64),
+                    (float(low), float(high)),
+                )
     except (KeyError, TypeError, ValueError) as error:
         raise InvalidRequestError(
             f"parameters of the kernel {kind!r} are not usable: {parameters!r}"
         ) from error
     raise InvalidRequestError(
-        f"there is no kernel {kind!r}; there are heat, commute-time, biharmonic and tabulated"
+        f"there is no kernel {kind!r}; there are heat, commute-time, biharmonic, tabulated "
+        "and spline"
     )
 
 
@@ -212,14 +199,3 @@ def _inverse(eigenvalues: FloatArray) -> FloatArray:
     with np.errstate(divide="ignore", over="ignore"):
         inverse: FloatArray = 1.0 / np.asarray(eigenvalues, dtype=np.float64)
     return inverse
-
-
-def _check_squared_transfer(eigenvalues: FloatArray, squared: FloatArray) -> None:
-    """Raise KernelDomainError at the first value that is no K²."""
-    wrong = np.flatnonzero(~(np.isfinite(squared) & (squared >= 0.0)))
-    if len(wrong):
-        i = wrong[0]
-        raise KernelDomainError(
-            f"K² is {squared[i]:g} at the eigenvalue {eigenvalues[i]:g}, "
-            "expected a finite number that is not negative"
-        )

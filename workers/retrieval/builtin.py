@@ -5,6 +5,7 @@ Defaults were measured leave-one-out on 80 poses of 8 deformable shapes among 26
 mean average precision; so is half precision of the stored eigenvectors.
 """
 
+import math
 from collections.abc import Mapping
 from typing import Any
 
@@ -23,6 +24,7 @@ DESCRIPTION_VERSION = "1"
 HEAT_TIME = 0.15  # in 1/λ₁; the best single kernel found (SCIENCE.md, section 3)
 SHORTEST_HEAT_TIME = 0.002  # below it a hundred eigenpairs all count in full
 LONGEST_HEAT_TIME = 20.0
+FIRST_EIGENVALUE = 6.3  # of a creature of area 1, in the median
 SHAPE_DNA_EIGENVALUES = 20
 EVEN_BINS, TAIL_BINS, TAIL_FACTOR = 90, 10, 4.0
 
@@ -46,31 +48,55 @@ def built_in_models(*, working_vertices: int = 5000) -> tuple[Model, ...]:
     )
 
 
-def heat_model(view: View, *, name: str = "heat", time: float = HEAT_TIME) -> Model:
+def heat_model(
+    view: View,
+    *,
+    name: str = "heat",
+    time: float = HEAT_TIME,
+    normalisation: str = "first-eigenvalue",
+) -> Model:
     """Distances of the heat kernel at a time in units of 1/λ₁, so that scale is forgotten.
 
+    Or at a time in units of the area, or of the mesh's own area, as the normalisation says.
     The histogram's range follows the time: 3 at the default one, where the largest distances of
     common shapes are 2 to 3; shorter times stretch it by 1/√t, as long as further eigenpairs come
-    in (Weyl's law), longer ones shrink it by exp(-t), as the first eigenfunction does.
+    in (Weyl's law), longer ones shrink it by exp(-λ₁t), as the first eigenfunction does. Where λ₁
+    is not known, it is by 1/√t alone.
 
     Raises
     ------
     InvalidRequestError
         The time is not above 0, or so long that nothing is left of the kernel.
     """
+    kernel = HeatKernel(time)
+    first = {"first-eigenvalue": 1.0, "area": FIRST_EIGENVALUE}.get(normalisation)
+    if first is None:
+        top = 3.0 * math.sqrt(HEAT_TIME / time)
+    else:
+        top = math.sqrt(first) * _heat_reach(first * time)
+    return distance_model("heat", kernel, view, normalisation=normalisation, top=top, name=name)
+
+
+def _heat_reach(time: float) -> float:
+    """Range of the histogram for a time in 1/λ₁, on the surface scaled to λ₁ = 1."""
     if time > LONGEST_HEAT_TIME:
         raise InvalidRequestError(
             f"heat time is {time:g}/λ₁, expected at most {LONGEST_HEAT_TIME:g}/λ₁"
         )
-    kernel = HeatKernel(time)
-    stretch = np.sqrt(HEAT_TIME / max(time, SHORTEST_HEAT_TIME))
-    top = 3.0 * float(stretch if time < HEAT_TIME else np.exp(HEAT_TIME - time))
-    normalisation = "first-eigenvalue"
-    return distance_model("heat", kernel, view, normalisation=normalisation, top=top, name=name)
+    if time < HEAT_TIME:
+        return 3.0 * math.sqrt(HEAT_TIME / max(time, SHORTEST_HEAT_TIME))
+    return 3.0 * math.exp(HEAT_TIME - time)
 
 
 def distance_model(
-    method: str, kernel: Kernel, view: View, *, normalisation: str, top: float, name: str = ""
+    method: str,
+    kernel: Kernel,
+    view: View,
+    *,
+    normalisation: str,
+    top: float,
+    name: str = "",
+    parameters: Mapping[str, Any] | None = None,
 ) -> Model:
     """Model of one channel: the distribution of a kernel's distances.
 
@@ -86,6 +112,8 @@ def distance_model(
         Distance up to which bins are even, see `histogram_edges`.
     name : str
         The method's where none is given.
+    parameters : Mapping, optional
+        Of the method; the kernel's where none are given.
     """
     channel = Channel(
         name="distances",
@@ -96,21 +124,24 @@ def distance_model(
         edges=histogram_edges(top),
         dissimilarity="l1",
     )
-    return _single_channel_model(name or method, method, kernel.parameters, view, channel)
+    own = kernel.parameters if parameters is None else parameters
+    return _single_channel_model(name or method, method, own, view, channel)
 
 
-def shape_dna_model(view: View, *, name: str = "shape-dna") -> Model:
-    """Logarithms of the first 20 eigenvalues at area 1 (Reuter, Wolter, Peinecke 2005)."""
+def shape_dna_model(
+    view: View, *, name: str = "shape-dna", eigenvalues: int = SHAPE_DNA_EIGENVALUES
+) -> Model:
+    """Logarithms of the first eigenvalues at area 1 (Reuter, Wolter, Peinecke 2005)."""
     channel = Channel(
         name="eigenvalues",
         view=view.name,
         kernel=None,
         feature=EIGENVALUES,
         normalisation="area",
-        levels=tuple(float(i) for i in range(1, SHAPE_DNA_EIGENVALUES + 1)),
+        levels=tuple(float(i) for i in range(1, eigenvalues + 1)),
         dissimilarity="l2",
     )
-    parameters = {"eigenvalues": SHAPE_DNA_EIGENVALUES}
+    parameters = {"eigenvalues": eigenvalues}
     return _single_channel_model(name, "shape-dna", parameters, view, channel)
 
 

@@ -76,13 +76,14 @@ def typical_distance(model: Model, dissimilarity: str | None = None) -> float:
     Returns
     -------
     float
-        The measured median for a plain model of one channel whose method is in the table. For any
-        other Σ weight: its distance where every channel's dissimilarity is at that channel's scale.
+        The median that was measured when the model was learned, or that of the table for a plain
+        model of one channel whose method is there. For any other Σ weight: its distance where
+        every channel's dissimilarity is at that channel's scale.
     """
     if len(model.channels) == 1:
         (channel,) = model.channels
         plain = channel.scale == channel.weight == model.fusion_power == 1.0
-        row = TYPICAL_DISTANCES.get(model.method, {})
+        row = model.typical_distances or TYPICAL_DISTANCES.get(model.method, {})
         measured = row.get(dissimilarity or channel.dissimilarity)
         if plain and measured is not None:
             return measured

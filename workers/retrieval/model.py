@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from workers.diffusion.kernels import TabulatedKernel, evaluate
+from workers.diffusion.kernels import BoundedKernel, TabulatedKernel, evaluate
 from workers.errors import InvalidRequestError
 from workers.geometry.arrays import Float32Array, FloatArray, read_only
 from workers.geometry.preparation import View
@@ -35,6 +35,8 @@ class Model:
         p of the distance Σ weight · (D / scale)^p.
     versions : Mapping of str to str
         What its descriptors depend on.
+    typical_distances : Mapping of str to float
+        Median distance between different classes by dissimilarity, where it was measured.
     """
 
     name: str
@@ -44,11 +46,12 @@ class Model:
     channels: tuple[Channel, ...]
     fusion_power: float = 1.0
     versions: Mapping[str, str] = field(default_factory=dict)
+    typical_distances: Mapping[str, float] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         """Check that channels have names of their own and views that are there."""
-        object.__setattr__(self, "parameters", MappingProxyType(dict(self.parameters)))
-        object.__setattr__(self, "versions", MappingProxyType(dict(self.versions)))
+        for mapping in ("parameters", "versions", "typical_distances"):
+            object.__setattr__(self, mapping, MappingProxyType(dict(getattr(self, mapping))))
         names = [channel.name for channel in self.channels]
         if not names or len(set(names)) != len(names):
             raise InvalidRequestError(
@@ -89,6 +92,7 @@ class Model:
             "channels": [channel.to_json() for channel in self.channels],
             "fusion": {"power": self.fusion_power},
             "versions": dict(self.versions),
+            "typical_distances": dict(self.typical_distances),
         }
 
     @classmethod
@@ -103,6 +107,7 @@ class Model:
                 channels=tuple(Channel.from_json(channel) for channel in value["channels"]),
                 fusion_power=float(value["fusion"]["power"]),
                 versions=value["versions"],
+                typical_distances=value.get("typical_distances", {}),
             )
         except (AttributeError, KeyError, TypeError, ValueError) as error:
             raise InvalidRequestError(f"the model cannot be read: {error!r}") from error
@@ -175,6 +180,8 @@ def kernel_curves(model: Model) -> tuple[KernelCurve, ...]:
             continue
         if isinstance(kernel, TabulatedKernel):
             eigenvalues = kernel.eigenvalues
+        elif isinstance(kernel, BoundedKernel):
+            eigenvalues = np.geomspace(*kernel.domain, CURVE_POINTS)
         else:
             end = CURVE_END.get(channel.normalisation, 200.0)
             eigenvalues = np.geomspace(1.0, end, CURVE_POINTS)
