@@ -15,6 +15,7 @@ from sqlalchemy.exc import SQLAlchemyError
 
 from service.api import (
     collections,
+    evaluations,
     health,
     jobs,
     models,
@@ -44,7 +45,7 @@ log = structlog.get_logger(__name__)
 
 MAX_JSON_BYTES = 4 * MEBIBYTE
 STALE_SECONDS = 24 * 3600
-ROUTERS = (health, collections, uploads, shapes, surfaces, queries, models, jobs)
+ROUTERS = (health, collections, uploads, shapes, surfaces, queries, models, evaluations, jobs)
 Lifespan = Callable[[FastAPI], AbstractAsyncContextManager[None]]
 
 

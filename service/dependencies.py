@@ -16,6 +16,7 @@ from service.schemas.text import Text
 from service.search.indexes import SearchIndexes
 from workers.errors import (
     CollectionNotFoundError,
+    EvaluationNotFoundError,
     JobNotFoundError,
     ModelNotFoundError,
     QueryNotFoundError,
@@ -88,6 +89,14 @@ async def _query_id(query_id: Annotated[str, PathParameter(description="id of a 
     return query_id
 
 
+async def _evaluation_id(
+    evaluation_id: Annotated[str, PathParameter(description="id of an evaluation")],
+) -> str:
+    if not ID.fullmatch(evaluation_id):
+        raise EvaluationNotFoundError(f"there is no evaluation {evaluation_id[:100]!r}")
+    return evaluation_id
+
+
 async def _model(name: Annotated[str, PathParameter(examples=["heat"])]) -> str:
     if not name.isprintable() or not 0 < len(name) <= 63:
         raise ModelNotFoundError(f"there is no model named {name[:100]!r}")
@@ -114,6 +123,7 @@ CollectionPath = Annotated[str, Depends(_collection)]
 ShapePath = Annotated[str, Depends(_shape_id)]
 JobPath = Annotated[str, Depends(_job_id)]
 QueryPath = Annotated[str, Depends(_query_id)]
+EvaluationPath = Annotated[str, Depends(_evaluation_id)]
 ModelPath = Annotated[str, Depends(_model)]
 UploadFolder = Annotated[Path, Depends(_upload_folder, scope="function")]
 Wait = Annotated[

@@ -36,6 +36,7 @@ TAGS = [
     {"name": "shapes", "description": "Meshes, what was computed of them, and their uploads."},
     {"name": "search", "description": "Which shapes are most like a mesh or a stored shape."},
     {"name": "models", "description": "How shapes are described and compared."},
+    {"name": "evaluations", "description": "How well models find shapes again: Table 1."},
     {"name": "jobs", "description": "Long work: progress, errors, cancelling, retrying."},
     {"name": "service", "description": "Health and figures of the service itself."},
 ]

@@ -61,6 +61,10 @@ class QueryNotFoundError(NotFoundError):
     """No query has this id."""
 
 
+class EvaluationNotFoundError(NotFoundError):
+    """No evaluation has this id."""
+
+
 class BlobNotFoundError(NotFoundError):
     """The blob store holds nothing under this key."""
 

@@ -29,6 +29,7 @@ from workers.storage.collections import (
     get_collection,
     page_of_collections,
 )
+from workers.storage.evaluations import rename_in_evaluations
 from workers.storage.models import Collection, Job
 
 router = APIRouter(prefix="/v1/collections", tags=["collections"])
@@ -92,6 +93,7 @@ def change(
         if "name" in given:  # jobs before collections: locks are taken in one order
             renamed = update(Job).where(Job.collection == collection)
             session.execute(renamed.values(collection=body.name))
+            rename_in_evaluations(session, collection, body.name)
         row = get_collection(session, collection, lock=True)
         if "description" in given:
             row.description = body.description or ""

@@ -1,13 +1,31 @@
-"""Models."""
+"""Models: those there are, and the training of others."""
 
 from fastapi import APIRouter, Response
+from fastapi.concurrency import run_in_threadpool
 
-from service.dependencies import ModelPath, PageDep, ServicesDep
-from service.openapi import problems
+from service.api.answers import tell_of_job
+from service.dependencies import ModelPath, PageDep, Services, ServicesDep, Wait
+from service.openapi import job_answers, problems
+from service.schemas.jobs import answer_job
 from service.schemas.models import ModelAnswer, answer_model
 from service.schemas.pages import PageAnswer, answer_page
-from service.security import ADMINISTERS, READS
-from workers.storage.trained_models import delete_model, get_model_row, page_of_models
+from service.schemas.training import ModelAccepted, NewModel, Trained, Untrained
+from service.security import ADMINISTERS, READS, WRITES
+from service.waiting import hold_on
+from workers.geometry.preparation import View, default_view, open_view
+from workers.pipeline.plans import add_untrained, plan_training
+from workers.pipeline.solve import parse_upload
+from workers.pipeline.training_pairs import Pair, StoredSource
+from workers.pipeline.training_plan import plan_pairs
+from workers.retrieval.untrained import untrained_model
+from workers.storage.models import Job
+from workers.storage.trained_models import (
+    ModelView,
+    delete_model,
+    get_model,
+    page_of_models,
+    require_free_name,
+)
 
 router = APIRouter(prefix="/v1/models", tags=["models"])
 
@@ -20,11 +38,38 @@ def list_all(page: PageDep, services: ServicesDep) -> PageAnswer[ModelAnswer]:
     return answer_page(found, answer_model)
 
 
+@router.post(
+    "",
+    status_code=202,
+    summary="Make a model",
+    dependencies=[WRITES],
+    response_model=ModelAccepted,
+    responses=job_answers(ended=201, accepted=ModelAccepted, result=ModelAccepted)
+    | problems(404, 409, 413, 415, 422),
+)
+async def create(
+    body: NewModel, services: ServicesDep, response: Response, wait: Wait = 0
+) -> ModelAccepted:
+    """Make a model that is ready at once, or have a kernel learned.
+
+    The methods `spline`, `grid` and `heat-time` learn from pairs of shapes, of which one is a
+    transformation of the other: each shape is solved, transformed and solved again, and the kernel
+    is found that changes least under the transformations for what it tells shapes apart. A pair
+    that fails is named in the job's errors, and the rest goes on. The same request gives the same
+    model, bit for bit; what was solved before is not solved again.
+    """
+    job = await run_in_threadpool(_make, services, body)
+    job = await hold_on(services.database, job.id, wait)
+    tell_of_job(response, job, ended=201)
+    view = await run_in_threadpool(_read, services, body.root.name)
+    return ModelAccepted(model=answer_model(view), job=answer_job(job))
+
+
 @router.get("/{name}", summary="Show a model", dependencies=[READS], responses=problems(404, 422))
 def show(name: ModelPath, services: ServicesDep) -> ModelAnswer:
     """Show a model: its channels, its kernels' curves, the report of its training."""
     with services.database.read() as session:
-        return answer_model(get_model_row(session, name))
+        return answer_model(get_model(session, name))
 
 
 @router.delete(
@@ -40,3 +85,55 @@ def delete(name: ModelPath, services: ServicesDep) -> None:
     with services.database.begin() as session:
         delete_model(session, name)
     services.indexes.forget_model(name)
+
+
+def _make(services: Services, body: NewModel) -> Job:
+    """Check and plan, rows, commit, dispatch."""
+    asked = body.root
+    parameters = asked.parameters.model_dump()
+    make_view = open_view if asked.parameters.view == "open" else default_view
+    view = make_view(working_vertices=services.settings.working_vertices)
+    if isinstance(asked, Untrained):
+        model = untrained_model(asked.name, asked.method, parameters, view=view)
+        with services.database.begin() as session:
+            return add_untrained(session, model)
+    request = asked.training.to_request()
+    pairs = _plan(services, asked, view)
+    with services.database.begin() as session:
+        job, parts = plan_training(
+            session,
+            name=asked.name,
+            method=asked.method,
+            parameters=parameters,
+            training=request.to_json(),
+            pairs=pairs,
+        )
+    services.dispatcher.send(parts)
+    return job
+
+
+def _plan(services: Services, asked: Trained, view: View) -> list[Pair]:
+    """Plan what to learn from, while others may write."""
+
+    def count_vertices(source: StoredSource) -> int:
+        name = source.name
+        parsed = parse_upload(
+            services.blobs, source.sha256, filename=name, settings=services.settings
+        )
+        return parsed.mesh.n_vertices
+
+    with services.database.read() as session:
+        require_free_name(session, asked.name)
+        return plan_pairs(
+            session,
+            asked.training.to_request(),
+            view=view,
+            criterion=asked.parameters.criterion,
+            working_vertices=services.settings.working_vertices,
+            count_vertices=count_vertices,
+        )
+
+
+def _read(services: Services, name: str) -> ModelView:
+    with services.database.read() as session:
+        return get_model(session, name)

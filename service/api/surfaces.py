@@ -11,11 +11,12 @@ from service.api.answers import file_response, is_known, not_modified
 from service.dependencies import FilterText, Services, ServicesDep, ShapePath
 from service.openapi import Responses, content, problems
 from service.schemas.shapes import DistributionAnswer, DistributionAxis, SpectrumAnswer
-from service.search.kernels import choose_kernel
+from service.search.kernels import OF_MODEL, ChosenKernel, choose_kernel, first_kernel
 from service.search.ranking import require_ready, shape_vector
 from service.security import READS
 from workers.errors import BlobNotFoundError, InvalidRequestError, ShapeNotReadyError
 from workers.geometry.formats import write
+from workers.geometry.preparation import View
 from workers.pipeline.fields import vertex_signature
 from workers.retrieval.channels import Channel
 from workers.retrieval.model import Model
@@ -154,16 +155,17 @@ def signature(
     kernel: Annotated[
         FilterText,
         Query(
-            description="`heat`, `heat:TIME` (TIME in units of 1/λ₁), `commute-time` or "
-            "`biharmonic`; that of the collection's model if left out",
+            description="`heat`, `heat:TIME` (TIME in units of 1/λ₁), `commute-time`, "
+            "`biharmonic`, or `model:NAME`, such as a learned one; that of the collection's model "
+            "if left out",
             examples=["heat:0.15"],
         ),
     ] = None,
 ) -> Response:
     """Fetch k(x,x) of a kernel, in 1/area of the file's unit."""
     found = _computed(services, shape_id)
-    view, chosen = choose_kernel(found.model, kernel)
-    named = hashlib.sha256(f"{view.key} {chosen!r}".encode()).hexdigest()[:16]
+    view, chosen = _kernel(services, found.model, kernel)
+    named = hashlib.sha256(f"{view.key} {chosen.key}".encode()).hexdigest()[:16]
     tag = f'"{found.row.sha256}.{named}"'
     if is_known(request, tag):
         return not_modified(tag)
@@ -212,6 +214,14 @@ def _computed(services: Services, shape_id: str) -> Computed:
         view = get_shape(session, shape_id)
         model = load_model(session, get_collection(session, view.collection).model)
     return Computed(view, model)
+
+
+def _kernel(services: Services, model: Model, name: str | None) -> tuple[View, ChosenKernel]:
+    """Return the kernel that a request names, of another model perhaps."""
+    if name is None or not name.startswith(OF_MODEL):
+        return choose_kernel(model, name)
+    with services.database.read() as session:
+        return first_kernel(load_model(session, name.removeprefix(OF_MODEL)))
 
 
 def _not_there(view: ShapeView) -> ShapeNotReadyError:

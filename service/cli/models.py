@@ -1,4 +1,4 @@
-"""``proteus models``: list, show, activate."""
+"""``proteus models``: list, show, train, activate."""
 
 from typing import Annotated
 
@@ -7,13 +7,15 @@ from rich.table import Table
 
 from service.cli.connection import Session, connected
 from service.cli.console import cell, facts_table, make_table, state_cell
+from service.cli.training import train
 from service.cli.waiting import demand_success, wait_for_job
 from service.client import Document
 
 app = typer.Typer(
-    help="Models, which say how shapes are described and compared: list, show, activate.",
+    help="Models, which say how shapes are described and compared: list, show, train, activate.",
     no_args_is_help=True,
 )
+app.command("train")(train)
 
 NameArgument = Annotated[str, typer.Argument(metavar="NAME", help="The model's name.")]
 CHANNEL_FIELDS = ("name", "view", "feature", "normalisation", "dissimilarity", "scale", "weight")

@@ -7,14 +7,17 @@ from typing import Annotated
 import typer
 
 from service.cli import (
+    benchmark,
     collections,
     creatures,
     demo,
     doctor,
+    evaluate,
     jobs,
     keys,
     models,
     query,
+    reproduce,
     serving,
     shapes,
     upload,
@@ -33,6 +36,7 @@ Shapes are found again in another pose, at another scale, noisy, with holes, or 
   [bold]proteus serve[/]                      broker, database, worker and API in one
   [bold]proteus upload poses/ -c animals[/]   all meshes below, labelled by folder
   [bold]proteus query cat.ply -c animals[/]   what is most like it
+  [bold]proteus evaluate animals -m heat[/]   how often it is right
 
 Exit codes: 0 done, 1 failed, 2 wrong usage, 3 no service answers.
 With [bold]--json[/] a command writes one JSON document to stdout, nothing else there.
@@ -54,10 +58,13 @@ app.command("api", rich_help_panel=RUN)(serving.api)
 app.command("migrate", rich_help_panel=RUN)(serving.migrate)
 app.command("upload", rich_help_panel=USE)(upload.upload)
 app.command("query", rich_help_panel=USE)(query.query)
+app.command("evaluate", rich_help_panel=USE)(evaluate.evaluate)
 app.add_typer(collections.app, name="collections", rich_help_panel=USE)
 app.add_typer(shapes.app, name="shapes", rich_help_panel=USE)
 app.add_typer(jobs.app, name="jobs", rich_help_panel=USE)
 app.add_typer(models.app, name="models", rich_help_panel=USE)
+app.add_typer(benchmark.app, name="benchmark", rich_help_panel=USE)
+app.command("reproduce", rich_help_panel=MORE)(reproduce.reproduce)
 app.command("doctor", rich_help_panel=MORE)(doctor.doctor)
 app.command("key", rich_help_panel=MORE)(keys.key)
 app.command("creatures", rich_help_panel=MORE)(creatures.creatures)

@@ -9,7 +9,7 @@ from pydantic.config import JsonDict
 from service.schemas.pages import time_from
 from service.schemas.text import Answer
 from workers.retrieval.model import Model, kernel_curves
-from workers.storage.models import TrainedModel
+from workers.storage.trained_models import READY, ModelView
 
 ModelState = Literal["training", "ready", "failed"]
 MODEL_EXAMPLE: JsonDict = {
@@ -94,19 +94,23 @@ class ModelAnswer(Answer):
     fusion: Fusion
     versions: dict[str, str] = Field(description="what its descriptors depend on")
     kernels: list[KernelAnswer]
-    training: dict[str, Any] | None = Field(description="the report of its training")
+    training: dict[str, Any] | None = Field(
+        description="what it learns from, and then the report: the criterion of this and other "
+        "kernels on the classes learned from and on those held out, t*, the slope of ln K², the "
+        "range learned from, pairs that failed"
+    )
     created_at: datetime
 
 
-def answer_model(row: TrainedModel) -> ModelAnswer:
+def answer_model(view: ModelView) -> ModelAnswer:
     """Convert a row; one that is not ready has no channels yet."""
-    definition = row.definition
-    ready = row.state == "ready"
+    row, definition = view.row, view.row.definition
+    ready = view.state == READY
     return ModelAnswer.model_validate(
         {
             "name": row.name,
             "method": row.method,
-            "state": row.state,
+            "state": view.state,
             "parameters": definition.get("parameters", {}),
             "channels": definition.get("channels", []),
             "fusion": definition.get("fusion", {"power": 1.0}),

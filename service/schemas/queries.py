@@ -18,9 +18,10 @@ FILTER_EXAMPLE: JsonDict = {
 }
 SIMILARITY = (
     "in [0, 1]: 2^(-distance/s), where s is the median distance between procedural creatures of "
-    "different species under the same model and dissimilarity, or for a model that was not "
-    "calibrated its own scale. So 1 means an equal descriptor, and 0.5 means as far apart as two "
-    "different kinds of creature usually are. It orders as the distance does; it is no probability."
+    "different species under the same model and dissimilarity, for a learned model that between "
+    "shapes of different classes it was learned from, or for a model that was not calibrated its "
+    "own scale. So 1 means an equal descriptor, and 0.5 means as far apart as two "
+    "different kinds of shape usually are. It orders as the distance does; it is no probability."
 )
 Scalar = bool | int | float | Text | None
 

@@ -1,11 +1,19 @@
 """Kernels as a request names them."""
 
+import json
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
 import numpy as np
 
-from workers.diffusion.kernels import BiharmonicKernel, CommuteTimeKernel, HeatKernel, Kernel
+from workers.diffusion.kernels import (
+    BiharmonicKernel,
+    BoundedKernel,
+    CommuteTimeKernel,
+    HeatKernel,
+    Kernel,
+    kernel_to_json,
+)
 from workers.errors import InvalidRequestError
 from workers.geometry.arrays import FloatArray
 from workers.geometry.preparation import View
@@ -13,7 +21,8 @@ from workers.geometry.spectrum import Spectrum
 from workers.retrieval.model import Model
 
 DEFAULT_TIME = 0.15
-NAMES = "heat, heat:TIME, commute-time or biharmonic"
+NAMES = "heat, heat:TIME, commute-time, biharmonic or model:NAME"
+OF_MODEL = "model:"
 
 
 @dataclass(frozen=True)
@@ -37,6 +46,14 @@ class RescaledKernel:
         return self.kernel.squared_transfer(self.factor * np.asarray(eigenvalues))
 
     @property
+    def domain(self) -> tuple[float, float]:
+        """Smallest and largest eigenvalue for which the kernel is known."""
+        if not isinstance(self.kernel, BoundedKernel):
+            return 0.0, np.inf
+        low, high = self.kernel.domain
+        return low / self.factor, high / self.factor
+
+    @property
     def parameters(self) -> dict[str, Any]:
         """The kernel's parameters and the factor."""
         return {**self.kernel.parameters, "factor": self.factor}
@@ -48,6 +65,11 @@ class ChosenKernel:
 
     kernel: Kernel
     normalisation: str
+
+    @property
+    def key(self) -> str:
+        """Text that tells it from any other."""
+        return f"{self.normalisation} {json.dumps(kernel_to_json(self.kernel), sort_keys=True)}"
 
     def in_file_units(self, spectrum: Spectrum) -> Kernel:
         """Return the kernel as one of this spectrum's own eigenvalues."""
@@ -67,11 +89,8 @@ def choose_kernel(model: Model, name: str | None) -> tuple[View, ChosenKernel]:
     InvalidRequestError
         The name is none of a built-in kernel, or its time is no number above 0.
     """
-    if name is None:
-        views = {view.name: view for view in model.views}
-        for channel in model.channels:
-            if channel.kernel is not None:
-                return views[channel.view], ChosenKernel(channel.kernel, channel.normalisation)
+    if name is None and any(channel.kernel for channel in model.channels):
+        return first_kernel(model)
     kind, _, parameter = (name or CommuteTimeKernel.kind).partition(":")
     if kind == HeatKernel.kind:
         time = HeatKernel(_time(parameter) if parameter else DEFAULT_TIME)
@@ -80,6 +99,21 @@ def choose_kernel(model: Model, name: str | None) -> tuple[View, ChosenKernel]:
     if kind not in plain or parameter:
         raise InvalidRequestError(f"there is no kernel {name!r}, expected {NAMES}")
     return model.views[0], ChosenKernel(plain[kind], "none")
+
+
+def first_kernel(model: Model) -> tuple[View, ChosenKernel]:
+    """Return the first kernel of a model, and the view that it was made for.
+
+    Raises
+    ------
+    InvalidRequestError
+        The model has none.
+    """
+    views = {view.name: view for view in model.views}
+    for channel in model.channels:
+        if channel.kernel is not None:
+            return views[channel.view], ChosenKernel(channel.kernel, channel.normalisation)
+    raise InvalidRequestError(f"the model {model.name!r} has no kernel")
 
 
 def _time(text: str) -> float:

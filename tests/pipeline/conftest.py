@@ -5,7 +5,9 @@ from functools import partial
 
 import pytest
 
+from tests.pipeline.evaluations import BENCHMARK, Zoo, fake_descriptor
 from tests.pipeline.uploads import Upload, store_upload
+from workers.pipeline import redescribe as redescribe_module
 from workers.pipeline.work import run_pending
 from workers.settings import Settings
 from workers.storage.blobs import BlobStore
@@ -32,3 +34,20 @@ def upload(database: Database, blobs: BlobStore) -> Upload:
 def work(database: Database, blobs: BlobStore, settings: Settings) -> Callable[[], int]:
     """Do all that is queued."""
     return lambda: run_pending(database, blobs, settings)
+
+
+@pytest.fixture
+def park(
+    database: Database,
+    blobs: BlobStore,
+    settings: Settings,
+    zoo: str,
+    monkeypatch: pytest.MonkeyPatch,
+) -> Zoo:
+    """The small benchmark, described under heat; other descriptors are made up when asked for."""
+    monkeypatch.setattr(
+        redescribe_module, "_describe_shape", lambda _, shape, model: fake_descriptor(shape, model)
+    )
+    park = Zoo(database, blobs, settings)
+    park.add(*BENCHMARK)
+    return park

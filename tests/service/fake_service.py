@@ -31,6 +31,8 @@ class FakeService:
         self.uploads: list[tuple[str, list[str]]] = []
         self.queries: list[Document] = []
         self.query_is_slow = False
+        self.models: dict[str, Document] = {}
+        self.evaluation: Document = {}
 
     def transport(self) -> httpx.MockTransport:
         return httpx.MockTransport(self.handle)
@@ -59,11 +61,14 @@ class FakeService:
             ("GET", r"/v1/shapes/([^/]+)", self.show_shape),
             ("DELETE", r"/v1/shapes/([^/]+)", self.delete_shape),
             ("GET", r"/v1/shapes/([^/]+)/mesh", lambda _, __: httpx.Response(200, content=b"OFF")),
+            ("POST", r"/v1/evaluations", self.evaluate),
+            ("GET", r"/v1/evaluations/([^/]+)", lambda _, __: answer(self.evaluation)),
             ("GET", r"/v1/jobs", lambda _: answer(page(list(self.jobs.values())))),
             ("GET", r"/v1/jobs/([^/]+)", self.show_job),
             ("POST", r"/v1/jobs/([^/]+)/(cancel|retry)", self.change_job),
             ("GET", r"/v1/models", lambda _: answer(page([MODEL]))),
-            ("GET", r"/v1/models/([^/]+)", lambda _, __: answer(MODEL)),
+            ("POST", r"/v1/models", self.train),
+            ("GET", r"/v1/models/([^/]+)", lambda _, name: answer(self.models.get(name, MODEL))),
         ]
         for method, pattern, handler in routes:
             match = re.fullmatch(pattern, request.url.path)
@@ -172,6 +177,23 @@ class FakeService:
             "matches": matches, "searched": len(self.shapes), "took_ms": 1.5,
         }  # fmt: skip
 
+    def evaluate(self, request: httpx.Request) -> httpx.Response:
+        """Accept whatever is asked; what is answered then is ``evaluation``."""
+        self.queries.append(json.loads(request.content))
+        job = self.new_job("evaluate", self.queries[-1]["collection"], total=9)
+        return answer({"evaluation": {"id": "evaluation-0"}, "job": job}, 202)
+
+    def train(self, request: httpx.Request) -> httpx.Response:
+        """Accept whatever is asked; the model is then ready with ``REPORT``."""
+        self.queries.append(json.loads(request.content))
+        name, method = self.queries[-1]["name"], self.queries[-1]["method"]
+        learned = "training" in self.queries[-1]
+        job = self.new_job("train", "", total=5 * learned)
+        job["state"] = "queued" if learned else "succeeded"
+        report = REPORT if learned else None
+        self.models[name] = {**MODEL, "name": name, "method": method, "training": report}
+        return answer({"model": self.models[name], "job": job}, 202)
+
     # -- jobs ------------------------------------------------------------------------------
 
     def new_job(
@@ -215,6 +237,16 @@ MODEL: Document = {
         "weight": 1.0,
     }],
     "fusion": {"power": 1.0}, "versions": {}, "kernels": [], "training": None, "created_at": TIME,
+}  # fmt: skip
+
+
+REPORT: Document = {
+    "criterion": {
+        "training": {"learned": 0.011, "commute-time": 0.022, "heat": 0.033, "closed-form": 0.01},
+        "held-out": {"learned": 0.044, "commute-time": 0.055, "heat": 0.066, "closed-form": 0.05},
+    },
+    "heat_time": 0.217, "slope": -1.15, "trained_range": [1.0, 230.0], "unit": "first-eigenvalue",
+    "n_pairs": 4, "n_held_out_pairs": 1, "n_failed_pairs": 0,
 }  # fmt: skip
 
 

@@ -171,6 +171,40 @@ def test_models_are_listed_shown_and_activated(run: Run, fake: FakeService) -> N
     assert fake.collections["default"]["model"] == "commute-time"
 
 
+def test_a_model_is_trained_and_its_figures_are_shown(run: Run, fake: FakeService) -> None:
+    result = run("models", "train", "mine", "-t", "scale", "-t", "noise", "--strength", "3",
+                 "--splines", "8", "--shapes", "4", "--seed", "1")  # fmt: skip
+    assert fake.queries[-1] == {
+        "name": "mine", "method": "spline", "parameters": {"splines": 8},
+        "training": {
+            "transformations": ["scale", "noise"], "strengths": [3], "shapes": 4, "seed": 1
+        },
+    }  # fmt: skip
+    assert result.exit_code == 0
+    for figure in ("0.011", "0.022", "0.066", "0.217", "-1.15", "ready"):
+        assert figure in result.stdout
+
+
+def test_what_is_not_said_of_a_training_is_the_papers(run: Run, fake: FakeService) -> None:
+    from workers.geometry.transformations import PAPER_TRANSFORMATIONS
+
+    eleven = {"transformations": list(PAPER_TRANSFORMATIONS)}
+    document = json.loads(run("models", "train", "mine", "--json").stdout)
+    assert (document["model"]["name"], document["job"]["state"]) == ("mine", "succeeded")
+    assert fake.queries[-1]["training"] == eleven
+    run("models", "train", "mine", "--method", "grid", "-t", "paper", "-t", "view", "--no-wait")
+    assert fake.queries[-1]["training"]["transformations"] == [*PAPER_TRANSFORMATIONS, "view"]
+    run("models", "train", "mine", "-c", "zoo", "--correspondence", "vertex-order")
+    assert fake.queries[-1]["training"] == {"collection": "zoo", "correspondence": "vertex-order"}
+
+
+def test_a_model_with_nothing_to_learn_is_ready_at_once(run: Run, fake: FakeService) -> None:
+    result = run("models", "train", "short", "--method", "heat", "--time", "0.05")
+    body = {"name": "short", "method": "heat", "parameters": {"time": 0.05}}
+    assert fake.queries[-1] == body
+    assert "short is ready" in result.stdout
+
+
 # -- the client ----------------------------------------------------------------------------
 
 
@@ -218,7 +252,9 @@ def test_pages_stop_at_the_limit(fake: FakeService) -> None:
 def test_help_names_every_command(run: Run) -> None:
     text = run("--help").stdout
     names = "serve worker api migrate demo upload query collections shapes jobs models doctor"
-    assert [name for name in [*names.split(), "creatures", "key"] if f" {name} " not in text] == []
+    assert [
+        name for name in [*names.split(), "evaluate", "creatures", "key"] if f" {name} " not in text
+    ] == []
 
 
 def test_key_is_drawn_with_the_entry_that_knows_it(run: Run) -> None:

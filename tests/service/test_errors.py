@@ -21,7 +21,9 @@ def test_every_domain_error_has_the_status_of_the_conventions() -> None:
         **{"UnsupportedFormat": 415, "UploadTooLarge": 413, "InsufficientTrainingData": 409},
         **dict.fromkeys(("NameTaken", "ModelNotReady", "ShapeNotReady", "Conflict"), 409),
         **dict.fromkeys(("NotFound", "ShapeNotFound", "CollectionNotFound", "BlobNotFound"), 404),
-        **dict.fromkeys(("ModelNotFound", "JobNotFound", "QueryNotFound"), 404),
+        **dict.fromkeys(
+            ("ModelNotFound", "JobNotFound", "QueryNotFound", "EvaluationNotFound"), 404
+        ),
         **{"IncompleteParts": 500, "Proteus": 500},
     }
     for name, status in expected.items():

@@ -89,3 +89,34 @@ def test_texts_that_postgresql_cannot_hold_are_refused_before(park: Api) -> None
     park.upload("zoo", {"a.off": EGG}, 422, data={"label": "\x00"})
     shape = park.upload("zoo", {"a\x00.off": EGG}, data={"label": "\U0001f408"})["shapes"][0]
     assert (shape["name"], shape["label"]) in [("a.off", "\U0001f408"), ("a%00.off", "\U0001f408")]
+
+
+def test_from_training_to_searching_under_what_was_learned(park: Api) -> None:
+    park.upload("zoo", {"egg.null.0.off": EGG, "gem.null.0.off": GEM, "die.null.0.off": DIE})
+    park.work()
+    training = {"collection": "zoo", "transformations": ["noise"], "strengths": [1]}
+    body = {"name": "mine", "method": "grid", "training": training}
+    job = park.post("/v1/models", 202, json=body)["job"]["id"]
+    assert "in training" in park.post("/v1/models", 409, json=body)["detail"]
+    park.post(f"/v1/jobs/{job}/cancel")
+    park.post(f"/v1/jobs/{job}/retry")
+    assert park.work() == 3 + 1
+    assert park.get("/v1/models/mine")["training"]["n_pairs"] == 3
+    park.put("/v1/collections/zoo/model", json={"model": "mine"})
+    park.work()
+    shape = park.get("/v1/collections/zoo/shapes?label=egg")["items"][0]["id"]
+    assert park.ask("zoo", shape_id=shape)["model"] == "mine"
+    park.put("/v1/collections/zoo/model", json={"model": "heat"})
+    park.work()
+    park.delete("/v1/models/mine")
+    park.get("/v1/models/mine", 404)
+
+
+def test_of_many_that_train_a_model_of_one_name_one_succeeds(park: Api) -> None:
+    training = {"transformations": ["scale"], "strengths": [1], "shapes": 2}
+    body = {"name": "mine", "method": "spline", "training": training}
+    with ThreadPoolExecutor(6) as pool:
+        answers = list(pool.map(lambda _: park.client.post("/v1/models", json=body), range(6)))
+    assert sorted(answer.status_code for answer in answers) == [202, *[409] * 5]
+    jobs = park.get("/v1/jobs?kind=train")["items"]
+    assert len(jobs) == 1

@@ -10,6 +10,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import pytest
 from sqlalchemy import func, select
@@ -97,7 +98,7 @@ def fleet(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[Fleet]:
             yield from make_fleet(tmp_path, url, broker)
 
 
-def make_fleet(folder: Path, database_url: str, broker_url: str) -> Iterator[Fleet]:
+def make_fleet(folder: Path, database_url: str, broker_url: str, **options: Any) -> Iterator[Fleet]:
     url = database_url or f"sqlite:///{folder / 'rows.sqlite3'}"
     settings = Settings(
         data_dir=folder,
@@ -105,6 +106,7 @@ def make_fleet(folder: Path, database_url: str, broker_url: str) -> Iterator[Fle
         broker_url=broker_url,
         blob_url=f"file://{folder / 'blobs'}",
         queue_prefix=f"test-{uuid.uuid4().hex[:8]}",
+        **options,
     )
     migrate(settings)
     database = Database(settings.resolved_database_url)

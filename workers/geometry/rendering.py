@@ -14,6 +14,7 @@ from PIL import Image, ImageDraw, ImageFont
 
 from workers.errors import InvalidRequestError
 from workers.geometry.arrays import BoolArray, FloatArray, IntArray
+from workers.geometry.colouring import finite_range, value_colours
 from workers.geometry.mesh import TriangleMesh
 from workers.geometry.rasterising import rasterise
 
@@ -35,6 +36,8 @@ def render(
     direction: Sequence[float] | None = None,
     background: tuple[int, int, int] | None = None,
     colour: tuple[int, int, int] = (126, 160, 203),
+    values: FloatArray | None = None,
+    value_range: tuple[float, float] | None = None,
 ) -> Picture:
     """Shaded picture of a mesh of any unit, winding and topology.
 
@@ -52,6 +55,10 @@ def render(
         Transparent without it.
     colour : (red, green, blue)
         Of the surface in full light.
+    values : (n,) float64, optional
+        A function on the vertices that colours the surface instead, see `colouring`.
+    value_range : (low, high), optional
+        The values of the first and the last colour; the function's own range without them.
 
     Returns
     -------
@@ -60,7 +67,8 @@ def render(
     Raises
     ------
     InvalidRequestError
-        The size is outside 1 to 4096, or the direction is zero, not finite, or no triple.
+        The size is outside 1 to 4096, the direction is zero, not finite, or no triple, there is
+        not a value for each vertex, or their range does not ascend.
     """
     if not 1 <= size <= 4096:
         raise InvalidRequestError(f"a picture of {size} pixels was asked for, 1 to 4096 are drawn")
@@ -73,7 +81,10 @@ def render(
     hit = face >= 0
     normals = _corner_normals(screen, faces[face[hit]], _vertex_normals(screen, faces))
     shading = _shade(np.einsum("hc,hcd->hd", weights[hit], normals))  # (hits,)
-    colours[hit] = shading[:, None] * (np.array(colour) / 255.0) ** 2.2
+    surface: FloatArray = np.array(colour, dtype=np.float64)  # (3,) or (hits, 3)
+    if values is not None:
+        surface = _value_surface(mesh, values, value_range, faces[face[hit]], weights[hit])
+    colours[hit] = shading[:, None] * (surface / 255.0) ** 2.2
     return _develop(colours, hit, pixels, background)
 
 
@@ -118,6 +129,22 @@ def encode_png(image: Picture, *, palette: int | None = None) -> bytes:
     buffer = io.BytesIO()
     picture.save(buffer, format="PNG", optimize=True)
     return buffer.getvalue()
+
+
+def _value_surface(
+    mesh: TriangleMesh,
+    values: FloatArray,
+    limits: tuple[float, float] | None,
+    corners: IntArray,
+    weights: FloatArray,
+) -> FloatArray:
+    """Colours of a function, linear on each face, at the points that are seen, (hits, 3)."""
+    if values.shape != (mesh.n_vertices,):
+        raise InvalidRequestError(
+            f"values of shape {values.shape} were given for {mesh.n_vertices} vertices"
+        )
+    low, high = finite_range(values) if limits is None else limits
+    return value_colours(np.einsum("hc,hc->h", weights, values[corners]), low, high)
 
 
 def _camera(up: str, direction: Sequence[float] | None) -> FloatArray:

@@ -1,1 +1,1 @@
-"""The verbs: ingest, describe, query, activate."""
+"""The verbs: ingest, describe, query, activate, evaluate."""

@@ -1,22 +1,22 @@
 """An uploaded shape becomes one that can be found."""
 
-from collections.abc import Mapping
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
-from workers.geometry.arrays import Float32Array
+from workers.errors import ProteusError
 from workers.geometry.rendering import encode_png, render
 from workers.geometry.topology import boundary_loops, count_components
-from workers.pipeline.solve import ReadMesh, describe_mesh, read_mesh
+from workers.pipeline.solve import Described, ReadMesh, describe_under_each, read_mesh
 from workers.pipeline.workbench import Workbench
 from workers.retrieval.model import Model
 from workers.storage.arrays import vector_to_bytes
 from workers.storage.blobs import thumbnail_key
 from workers.storage.collections import models_of
 from workers.storage.descriptors import store_descriptors
-from workers.storage.models import Collection, Shape
+from workers.storage.models import Collection, Json, Shape
 from workers.storage.parts import Claim, finish_part, hold_lease
 from workers.storage.solutions import store_cleaned
 from workers.storage.trained_models import load_model
@@ -38,6 +38,8 @@ class Facts:
 def ingest(bench: Workbench, claim: Claim) -> None:
     """Compute a shape and describe it under every model that its collection needs.
 
+    Only the one that the collection is searched under decides whether it has failed.
+
     Raises
     ------
     ProteusError
@@ -47,16 +49,17 @@ def ingest(bench: Workbench, claim: Claim) -> None:
         shape = session.get(Shape, claim.shape_id)
         models = [] if shape is None else _models(session, shape.collection_id)
     if shape is None or not models:  # it was deleted while it waited
-        _finish(bench, claim, None, {})
+        _finish(bench, claim, None, Described({}, {}))
         return
     read = read_mesh(bench.blobs, shape.sha256, filename=shape.name, settings=bench.settings)
     store_cleaned(bench.blobs, shape.sha256, read.mesh)
     bench.blobs.put(thumbnail_key(shape.sha256), encode_png(render(read.mesh, up=read.up)))
     facts = _facts(read)
-    vectors: dict[str, Float32Array] = {}
+    found = Described({}, {})
     while models:
-        vectors |= describe_mesh(bench.blobs, shape.sha256, read.mesh, models)
-        models = _finish(bench, claim, facts, vectors)
+        more = describe_under_each(bench.blobs, shape.sha256, read.mesh, models)
+        found = Described({**found.vectors, **more.vectors}, {**found.errors, **more.errors})
+        models = _finish(bench, claim, facts, found)
 
 
 def _facts(read: ReadMesh) -> Facts:
@@ -75,9 +78,7 @@ def _models(session: Session, collection_id: str) -> list[Model]:
     return [load_model(session, name) for name in sorted(models_of(session, collection_id))]
 
 
-def _finish(
-    bench: Workbench, claim: Claim, facts: Facts | None, vectors: Mapping[str, Float32Array]
-) -> list[Model]:
+def _finish(bench: Workbench, claim: Claim, facts: Facts | None, found: Described) -> list[Model]:
     """Store a shape and end its part; or return models that it was not described under yet.
 
     The collection's row is shared-locked: an activation sees either this shape with its
@@ -87,17 +88,25 @@ def _finish(
         hold_lease(session, claim)
         of_shape = select(Shape.collection_id).where(Shape.id == claim.shape_id)
         collection = select(Collection).where(Collection.id.in_(of_shape))
-        session.scalar(collection.with_for_update(read=True))
+        row = session.scalar(collection.with_for_update(read=True))
         shape = session.get(Shape, claim.shape_id, with_for_update=True)
-        if shape is not None and facts is not None:
+        if row is not None and shape is not None and facts is not None:
+            if row.model in found.errors:
+                raise found.errors[row.model]
             needed = models_of(session, shape.collection_id)
-            if missing := needed - set(vectors):
+            if missing := needed - found.vectors.keys() - found.errors.keys():
                 return [load_model(session, name) for name in sorted(missing)]
             for name, value in vars(facts).items():
                 setattr(shape, name, value)
-            shape.error = None
-            rows = [(shape.id, name, vector_to_bytes(vectors[name])) for name in sorted(needed)]
+            shape.error = _reason([found.errors[n] for n in sorted(needed & found.errors.keys())])
+            described = sorted(needed & found.vectors.keys())
+            rows = [(shape.id, name, vector_to_bytes(found.vectors[name])) for name in described]
             store_descriptors(session, shape.collection_id, rows)
         parts = finish_part(session, claim)
     bench.send(parts)
     return []
+
+
+def _reason(errors: Sequence[ProteusError]) -> Json | None:
+    """Why a shape that is found could not be described under a further model."""
+    return {"type": errors[0].kind, "detail": str(errors[0])} if errors else None

@@ -1,17 +1,21 @@
 """Which parts a job has: the one place that knows kinds of parts and their payloads."""
 
+from collections.abc import Sequence
 from typing import Any
 
 from sqlalchemy.orm import Session
 
+from workers.pipeline.training_pairs import Pair
+from workers.retrieval.model import Model
 from workers.settings import INGEST, LIGHT
 from workers.storage.collections import add_model, get_collection
 from workers.storage.descriptors import undescribed_shapes
 from workers.storage.jobs import NewPart, create_job
-from workers.storage.models import Job, Part
-from workers.storage.trained_models import load_model
+from workers.storage.models import Job, Json, Part
+from workers.storage.trained_models import READY, TRAINING, create_model, load_model
 
 SHAPES_A_PART = 25
+QUERIES_A_PART = 250
 
 
 def ingest_part(shape_id: str) -> NewPart:
@@ -43,14 +47,22 @@ def query_part(sha256: str, model: str, filename: str) -> NewPart:
     return NewPart("query", LIGHT, {"sha256": sha256, "model": model, "filename": filename})
 
 
-def describe_parts(shape_ids: list[str], model: str) -> list[NewPart]:
-    """Describe shapes under a model from their stored spectra, some at a time."""
+def describe_parts(shape_ids: list[str], model: str, *, marks_shapes: bool = True) -> list[NewPart]:
+    """Describe shapes under a model from their stored spectra, some at a time.
+
+    ``marks_shapes`` says whether a shape that fails at it has failed, or only the job is told.
+    """
     chunks = [
         shape_ids[start : start + SHAPES_A_PART]
         for start in range(0, len(shape_ids), SHAPES_A_PART)
     ]
     return [
-        NewPart("describe", LIGHT, {"shape_ids": chunk, "model": model}, weight=len(chunk))
+        NewPart(
+            "describe",
+            LIGHT,
+            {"shape_ids": chunk, "model": model, "marks_shapes": marks_shapes},
+            weight=len(chunk),
+        )
         for chunk in chunks
     ]
 
@@ -58,6 +70,93 @@ def describe_parts(shape_ids: list[str], model: str) -> list[NewPart]:
 def activate_part(collection_id: str, model: str) -> NewPart:
     """Move a collection to a model once nothing is undescribed under it."""
     return NewPart("activate", LIGHT, {"collection_id": collection_id, "model": model}, weight=0)
+
+
+def evaluate_part(evaluation_id: str, collection_id: str, frame: str) -> NewPart:
+    """Rank the shapes of a frame under every model, or put the rankings into tables."""
+    payload = {"evaluation_id": evaluation_id, "collection_id": collection_id, "frame": frame}
+    return NewPart("evaluate", LIGHT, payload, weight=0)
+
+
+def rank_parts(
+    evaluation: NewPart, models: list[str], *, dissimilarity: str | None, queries: int
+) -> list[NewPart]:
+    """Ask the queries of an evaluation's frame under each model, some at a time."""
+    parts = []
+    for number, model in enumerate(models):
+        asked = {"model": model, "number": number, "dissimilarity": dissimilarity}
+        for start, stop in query_ranges(queries):
+            payload = {**evaluation.payload, **asked, "start": start, "stop": stop}
+            parts.append(NewPart("rank", LIGHT, payload, weight=stop - start))
+    return parts
+
+
+def query_ranges(queries: int) -> list[tuple[int, int]]:
+    """Places of the queries that are asked in one part, from the first to before the last."""
+    starts = range(0, queries, QUERIES_A_PART)
+    return [(start, min(start + QUERIES_A_PART, queries)) for start in starts]
+
+
+def pair_part(pair: Pair) -> NewPart:
+    """Solve a shape and a transformation of it, and take their moments."""
+    return NewPart("pair", INGEST, pair.to_payload())
+
+
+def fit_part(model: str) -> NewPart:
+    """Learn a kernel from the moments of all pairs."""
+    return NewPart("fit", LIGHT, {"model": model, "item": model}, weight=0)
+
+
+def plan_training(
+    session: Session,
+    *,
+    name: str,
+    method: str,
+    parameters: Json,
+    training: Json,
+    pairs: Sequence[Pair],
+) -> tuple[Job, list[Part]]:
+    """Make a model that is in training, and the job that trains it.
+
+    Raises
+    ------
+    NameTakenError
+        There is a model of this name.
+    """
+    job, parts = create_job(
+        session,
+        kind="train",
+        unit="pairs",
+        parts=[pair_part(pair) for pair in pairs],
+        collection=training["collection"],
+        model=name,
+        finale=fit_part(name),
+    )
+    definition = {"parameters": parameters, "training": training}
+    create_model(
+        session, name=name, method=method, state=TRAINING, definition=definition, job_id=job.id
+    )
+    return job, parts
+
+
+def add_untrained(session: Session, model: Model) -> Job:
+    """Make a model that is ready at once; its job has succeeded already.
+
+    Raises
+    ------
+    NameTakenError
+        There is a model of this name.
+    """
+    job, _ = create_job(session, kind="train", unit="pairs", model=model.name)
+    create_model(
+        session,
+        name=model.name,
+        method=model.method,
+        state=READY,
+        definition=model.to_json(),
+        job_id=job.id,
+    )
+    return job
 
 
 def plan_activation(session: Session, collection: str, model: str) -> tuple[Job, list[Part]]:

@@ -16,8 +16,13 @@ from workers.storage.trained_models import load_model
 
 
 def redescribe(bench: Workbench, claim: Claim) -> None:
-    """Describe some shapes under a model; one that fails is named, the rest goes on."""
+    """Describe some shapes under a model; one that fails is named, the rest goes on.
+
+    A collection that does not follow the model asks not to mark shapes: what fails is no error of
+    theirs, what succeeds heals none.
+    """
     ids, name = claim.payload["shape_ids"], claim.payload["model"]
+    marks_shapes = claim.payload.get("marks_shapes", True)
     with bench.database.read() as session:
         model = load_model(session, name)
         shapes = list(session.scalars(select(Shape).where(Shape.id.in_(ids)).order_by(Shape.id)))
@@ -32,11 +37,11 @@ def redescribe(bench: Workbench, claim: Claim) -> None:
         hold_lease(session, claim)
         still = select(Shape).where(Shape.id.in_(ids)).order_by(Shape.id).with_for_update()
         there = {shape.id: shape for shape in session.scalars(still)}
-        for shape_id in failures.keys() & there.keys():
-            failure = failures[shape_id]
-            there[shape_id].error = {"type": failure.type, "detail": failure.detail}
-        for shape_id in vectors.keys() & there.keys():
-            there[shape_id].error = None
+        for shape_id in there if marks_shapes else ():
+            failed = failures.get(shape_id)
+            there[shape_id].error = (
+                None if failed is None else {"type": failed.type, "detail": failed.detail}
+            )
         report_failures(session, claim, [failures[i] for i in sorted(failures)], are_counted=True)
         parts = finish_part(session, claim)
         by_collection: dict[str, list[tuple[str, str, bytes]]] = {}

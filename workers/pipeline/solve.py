@@ -1,13 +1,18 @@
 """From bytes to descriptors: parse, clean, prepare, solve, describe."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
-from workers.errors import BlobNotFoundError
+from workers.errors import (
+    BlobNotFoundError,
+    KernelDomainError,
+    ProteusError,
+    SpectrumError,
+)
 from workers.geometry.arrays import Float32Array
 from workers.geometry.cleaning import clean
-from workers.geometry.formats import MeshLimits, parse
+from workers.geometry.formats import MeshLimits, ParsedMesh, parse
 from workers.geometry.mesh import TriangleMesh
 from workers.geometry.preparation import View
 from workers.geometry.solution import Solution, solve
@@ -35,10 +40,21 @@ def read_mesh(blobs: BlobStore, sha256: str, *, filename: str, settings: Setting
     InvalidMeshError, UnsupportedFormatError, UploadTooLargeError
         What was uploaded is no mesh that can be used.
     """
-    limits = MeshLimits(vertices=settings.max_vertices, faces=settings.max_faces)
-    parsed = parse(blobs.get(mesh_key(sha256)), filename=filename, limits=limits)
+    parsed = parse_upload(blobs, sha256, filename=filename, settings=settings)
     cleaned = clean(parsed.mesh)
     return ReadMesh(cleaned.mesh, cleaned.repairs, parsed.format, parsed.up)
+
+
+def parse_upload(blobs: BlobStore, sha256: str, *, filename: str, settings: Settings) -> ParsedMesh:
+    """Parse uploaded bytes; the vertices are in the order of the file.
+
+    Raises
+    ------
+    InvalidMeshError, UnsupportedFormatError, UploadTooLargeError
+        What was uploaded is no mesh that can be used.
+    """
+    limits = MeshLimits(vertices=settings.max_vertices, faces=settings.max_faces)
+    return parse(blobs.get(mesh_key(sha256)), filename=filename, limits=limits)
 
 
 def solve_view(blobs: BlobStore, sha256: str, mesh: TriangleMesh, view: View) -> Solution:
@@ -58,12 +74,41 @@ def solve_view(blobs: BlobStore, sha256: str, mesh: TriangleMesh, view: View) ->
 def describe_mesh(
     blobs: BlobStore, sha256: str, mesh: TriangleMesh, models: Sequence[Model]
 ) -> dict[str, Float32Array]:
-    """Descriptors of a cleaned mesh by model name; a view is solved once for all models."""
+    """Descriptors of a cleaned mesh by model name; a view is solved once for all models.
+
+    Raises
+    ------
+    SpectrumError, KernelDomainError
+        It cannot be described under one of them.
+    """
+    described = describe_under_each(blobs, sha256, mesh, models)
+    for error in described.errors.values():
+        raise error
+    return dict(described.vectors)
+
+
+@dataclass(frozen=True)
+class Described:
+    """Descriptors by model name, and why there is none under the other models."""
+
+    vectors: Mapping[str, Float32Array]
+    errors: Mapping[str, ProteusError]
+
+
+def describe_under_each(
+    blobs: BlobStore, sha256: str, mesh: TriangleMesh, models: Sequence[Model]
+) -> Described:
+    """Descriptors of a cleaned mesh under each model that it can be described under."""
     solutions: dict[str, Solution] = {}
-    for view in (view for model in models for view in model.views):
-        if view.key not in solutions:
-            solutions[view.key] = solve_view(blobs, sha256, mesh, view)
-    return {
-        model.name: describe({view.name: solutions[view.key] for view in model.views}, model)
-        for model in models
-    }
+    vectors: dict[str, Float32Array] = {}
+    errors: dict[str, ProteusError] = {}
+    for model in models:
+        try:
+            for view in model.views:
+                if view.key not in solutions:
+                    solutions[view.key] = solve_view(blobs, sha256, mesh, view)
+            own = {view.name: solutions[view.key] for view in model.views}
+            vectors[model.name] = describe(own, model)
+        except (KernelDomainError, SpectrumError) as error:
+            errors[model.name] = error
+    return Described(vectors, errors)

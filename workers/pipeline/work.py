@@ -8,9 +8,13 @@ from sqlalchemy import select
 
 from workers.errors import IncompletePartsError, ProteusError
 from workers.pipeline.activate import activate
+from workers.pipeline.evaluate import evaluate
 from workers.pipeline.ingest import ingest
+from workers.pipeline.pair import compute_pair
 from workers.pipeline.query import answer_query
+from workers.pipeline.rank import rank
 from workers.pipeline.redescribe import redescribe
+from workers.pipeline.train import fit
 from workers.pipeline.unpack import unpack
 from workers.pipeline.workbench import Workbench
 from workers.settings import Settings
@@ -24,6 +28,7 @@ from workers.storage.parts import (
     claim_part,
     finish_part,
     hold_lease,
+    item_of,
     release_part,
 )
 
@@ -35,6 +40,10 @@ VERBS: Mapping[str, Callable[[Workbench, Claim], None]] = {
     "query": answer_query,
     "describe": redescribe,
     "activate": activate,
+    "pair": compute_pair,
+    "fit": fit,
+    "rank": rank,
+    "evaluate": evaluate,
 }
 
 
@@ -101,7 +110,7 @@ def _fail(bench: Workbench, claim: Claim, kind: str, detail: str) -> str:
             shape = session.get(Shape, claim.shape_id) if claim.shape_id else None
             if shape is not None:
                 shape.error = {"type": kind, "detail": detail}
-            item = claim.payload.get("filename", claim.kind) if shape is None else shape.name
+            item = item_of(claim.kind, claim.payload) if shape is None else shape.name
             parts = finish_part(session, claim, failure=Failure(item, kind, detail))
     except LeaseLostError:
         return "lost"

@@ -40,6 +40,26 @@ def spectrum_key(sha256: str, view_key: str) -> str:
     return f"spectra/{sha256[:2]}/{sha256}.{view_key}.npz"
 
 
+def frame_key(evaluation_id: str, digest: str) -> str:
+    """Key of the shapes that an evaluation compares, by their digest (JSON)."""
+    return f"evaluations/{evaluation_id}/{digest}.json"
+
+
+def ranking_key(evaluation_id: str, digest: str, number: int, start: int) -> str:
+    """Key of what these shapes, from a query on, found under the model of this number (JSON)."""
+    return f"evaluations/{evaluation_id}/{digest}.{number}.{start}.json"
+
+
+def pair_key(digest: str) -> str:
+    """Key of the moments of a pair of shapes (npz), by the digest of what they depend on."""
+    return f"pairs/{digest[:2]}/{digest}.npz"
+
+
+def pair_failure_key(digest: str) -> str:
+    """Key of the reason why a pair of shapes has no moments (JSON)."""
+    return f"pairs/{digest[:2]}/{digest}.failure.json"
+
+
 class BlobStore:
     """Bytes under keys; a key's bytes appear whole or not at all.
 

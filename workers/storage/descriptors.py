@@ -72,6 +72,16 @@ def undescribed_shapes(
     return list(session.scalars(statement.order_by(Shape.id)))
 
 
+def described_shapes(session: Session, collection_id: str, model: str) -> set[str]:
+    """Ids of a collection's shapes that have a descriptor under a model."""
+    statement = select(Descriptor.shape_id).where(
+        Descriptor.collection_id == collection_id,
+        Descriptor.model == model,
+        Descriptor.vector.is_not(None),
+    )
+    return set(session.scalars(statement))
+
+
 def store_query_vectors(session: Session, sha256: str, rows: Iterable[tuple[str, bytes]]) -> None:
     """Store (model name, vector) rows of a mesh that was asked with, by its content."""
     for model, vector in rows:

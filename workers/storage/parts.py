@@ -47,6 +47,11 @@ class Failure:
     detail: str
 
 
+def item_of(kind: str, payload: Mapping[str, Any]) -> str:
+    """What a part that is of no shape is called where it failed."""
+    return str(payload.get("item") or payload.get("filename") or kind)
+
+
 def claim_part(
     session: Session, part_id: str, *, message: str, now: float, lease_seconds: float
 ) -> Claim | None:
@@ -211,7 +216,7 @@ def fail_exhausted(session: Session, part_id: str, *, now: float, max_attempts: 
     claim = Claim(
         part.id, part.job_id, part.kind, part.payload, part.shape_id, part.owner, part.attempts
     )
-    item = part.kind if shape is None else shape.name
+    item = item_of(part.kind, part.payload) if shape is None else shape.name
     return finish_part(
         session, claim, failure=Failure(item=item, type="computation-lost", detail=detail)
     )

@@ -2,21 +2,36 @@
 
 import time
 from collections.abc import Iterable
+from dataclasses import dataclass
 
 from sqlalchemy import delete, select
+from sqlalchemy.exc import IntegrityError
 from sqlalchemy.orm import Session
 
-from workers.errors import ConflictError, ModelNotFoundError, ModelNotReadyError
+from workers.errors import ConflictError, ModelNotFoundError, ModelNotReadyError, NameTakenError
 from workers.retrieval.model import Model
 from workers.storage.change_feed import ensure_counter
+from workers.storage.jobs import OPEN
 from workers.storage.models import (
     Collection,
     CollectionModel,
     Descriptor,
+    Job,
+    Json,
     QueryDescriptor,
     TrainedModel,
 )
 from workers.storage.paging import Page, cut_page, decode_cursor
+
+READY, TRAINING, FAILED = "ready", "training", "failed"
+
+
+@dataclass(frozen=True)
+class ModelView:
+    """A model's row and its state."""
+
+    row: TrainedModel
+    state: str
 
 
 def ensure_models(session: Session, models: Iterable[Model]) -> None:
@@ -29,7 +44,7 @@ def ensure_models(session: Session, models: Iterable[Model]) -> None:
                 TrainedModel(
                     name=model.name,
                     method=model.method,
-                    state="ready",
+                    state=READY,
                     built_in=True,
                     definition=model.to_json(),
                     created_at=time.time(),
@@ -59,18 +74,105 @@ def load_model(session: Session, name: str) -> Model:
     ModelNotFoundError, ModelNotReadyError
         There is none of this name, or it is not trained yet.
     """
-    row = get_model_row(session, name)
-    if row.state != "ready":
-        raise ModelNotReadyError(f"the model {name!r} is {row.state}, expected ready")
-    return Model.from_json(row.definition)
+    view = get_model(session, name)
+    if view.state == TRAINING:
+        raise ModelNotReadyError(f"the model {name!r} is in training, expected ready")
+    if view.state != READY:
+        raise ModelNotReadyError(f"the training of the model {name!r} failed, expected ready")
+    return Model.from_json(view.row.definition)
 
 
-def page_of_models(session: Session, *, limit: int, cursor: str | None) -> Page[TrainedModel]:
+def model_state(row: TrainedModel, job_state: str | None) -> str:
+    """State of a model: its row is ready, or else its job says how its training stands."""
+    if row.state == READY or job_state is None:
+        return row.state
+    return TRAINING if job_state in OPEN else FAILED
+
+
+def get_model(session: Session, name: str) -> ModelView:
+    """Return a model and its state.
+
+    Raises
+    ------
+    ModelNotFoundError
+        There is none of this name.
+    """
+    view = _find(session, name)
+    if view is None:
+        raise ModelNotFoundError(f"there is no model named {name!r}")
+    return view
+
+
+def get_training(session: Session, name: str, *, job_id: str) -> TrainedModel:
+    """Return the row of a model that a job trains; it is held until the commit.
+
+    Raises
+    ------
+    ModelNotFoundError
+        The model of this job was deleted; another of its name is left alone.
+    """
+    row = session.get(TrainedModel, name, with_for_update=True, populate_existing=True)
+    if row is None or row.job_id != job_id:
+        raise ModelNotFoundError(f"the model {name!r} was deleted before its training ended")
+    return row
+
+
+def page_of_models(session: Session, *, limit: int, cursor: str | None) -> Page[ModelView]:
     """Models by name."""
-    statement = select(TrainedModel).order_by(TrainedModel.name).limit(limit + 1)
+    statement = select(TrainedModel, Job.state).outerjoin(Job, Job.id == TrainedModel.job_id)
+    statement = statement.order_by(TrainedModel.name).limit(limit + 1)
     if (after := decode_cursor(cursor)) is not None:
         statement = statement.where(TrainedModel.name > after)
-    return cut_page(session.scalars(statement).all(), limit, lambda row: row.name)
+    views = [ModelView(row, model_state(row, job)) for row, job in session.execute(statement)]
+    return cut_page(views, limit, lambda view: view.row.name)
+
+
+def require_free_name(session: Session, name: str) -> None:
+    """Refuse the name of a model that is there, in training, or failed to be trained.
+
+    Raises
+    ------
+    NameTakenError
+        Saying which.
+    """
+    view = _find(session, name)
+    if view is None:
+        return
+    if view.state == TRAINING:
+        raise NameTakenError(f"a model named {name!r} is in training")
+    if view.state == FAILED:
+        raise NameTakenError(
+            f"the training of a model named {name!r} failed; delete it to use its name again"
+        )
+    raise NameTakenError(f"a model named {name!r} exists already")
+
+
+def create_model(
+    session: Session, *, name: str, method: str, state: str, definition: Json, job_id: str
+) -> TrainedModel:
+    """Make a model that is ready, or that a job trains.
+
+    Raises
+    ------
+    NameTakenError
+        There is one of this name, or one is trained or failed to be trained under it.
+    """
+    require_free_name(session, name)
+    row = TrainedModel(
+        name=name,
+        method=method,
+        state=state,
+        built_in=False,
+        definition=definition,
+        job_id=job_id,
+        created_at=time.time(),
+    )
+    session.add(row)
+    try:
+        session.flush()
+    except IntegrityError:
+        raise NameTakenError(f"a model named {name!r} exists already") from None
+    return row
 
 
 def delete_model(session: Session, name: str) -> None:
@@ -81,11 +183,14 @@ def delete_model(session: Session, name: str) -> None:
     ModelNotFoundError
         There is none of this name.
     ConflictError
-        It is built in, or a collection is searched or being described under it.
+        It is built in, in training, or a collection is searched under it.
     """
-    row = get_model_row(session, name)
+    view = get_model(session, name)
+    row = view.row
     if row.built_in:
         raise ConflictError(f"the model {name!r} is built in and cannot be deleted")
+    if view.state == TRAINING:
+        raise ConflictError(f"the model {name!r} is in training; cancel job {row.job_id} first")
     users = session.scalars(select(Collection.name).where(Collection.model == name).limit(3)).all()
     if users:
         raise ConflictError(f"the model {name!r} is in use by collection {', '.join(users)}")
@@ -93,3 +198,12 @@ def delete_model(session: Session, name: str) -> None:
     session.execute(delete(Descriptor).where(Descriptor.model == name))
     session.execute(delete(QueryDescriptor).where(QueryDescriptor.model == name))
     session.delete(row)
+
+
+def _find(session: Session, name: str) -> ModelView | None:
+    """Read row and state at one moment: the job ends when the row becomes ready."""
+    statement = select(TrainedModel, Job.state).outerjoin(Job, Job.id == TrainedModel.job_id)
+    found = session.execute(
+        statement.where(TrainedModel.name == name).execution_options(populate_existing=True)
+    ).one_or_none()
+    return None if found is None else ModelView(found[0], model_state(*found))

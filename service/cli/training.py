@@ -1,0 +1,143 @@
+"""``proteus models train``: a model that is made, or learned."""
+
+from collections.abc import Iterable
+from enum import StrEnum
+from typing import Annotated, Any
+
+import typer
+from rich.table import Table
+
+from service.cli.connection import Session, connected
+from service.cli.console import cell, facts_table, make_table
+from service.cli.waiting import demand_success, errors_table, wait_for_job
+from service.client import Document
+
+PAPER = "paper"
+KERNELS = {"learned": "learned", "commute-time": "commute time", "heat": "heat, best time"}
+FIGURES = {
+    "heat_time": "best heat time t*",
+    "slope": "slope of ln K² on ln λ",
+    "trained_range": "eigenvalues learned from",
+    "unit": "unit of eigenvalues",
+    "n_pairs": "pairs learned from",
+    "n_held_out_pairs": "pairs held out",
+    "n_failed_pairs": "pairs that failed",
+}
+
+
+class Method(StrEnum):
+    """What can be made."""
+
+    SPLINE = "spline"
+    GRID = "grid"
+    HEAT_TIME = "heat-time"
+    HEAT = "heat"
+    COMMUTE_TIME = "commute-time"
+    BIHARMONIC = "biharmonic"
+    SHAPE_DNA = "shape-dna"
+
+
+LEARNED = (Method.SPLINE, Method.GRID, Method.HEAT_TIME)
+
+
+@connected
+def train(
+    session: Session,
+    name: Annotated[str, typer.Argument(metavar="NAME", show_default=False)],
+    method: Annotated[Method, typer.Option(help="How K² is written.")] = Method.SPLINE,
+    collection: Annotated[
+        str, typer.Option("--collection", "-c", help="Learn from it. Default: creatures.")
+    ] = "",
+    transformations: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--transformation",
+            "-t",
+            help="To be invariant to; again for more. Default: paper, the paper's eleven.",
+        ),
+    ] = None,
+    strengths: Annotated[
+        list[int] | None, typer.Option("--strength", help="1 to 5; again for more. Default: all.")
+    ] = None,
+    correspondence: Annotated[
+        str, typer.Option(help="simulated, or vertex-order: files of a label share it.")
+    ] = "",
+    shapes: Annotated[int | None, typer.Option(help="At most so many.")] = None,
+    seed: Annotated[int | None, typer.Option(help="Of all that is simulated.")] = None,
+    criterion: Annotated[str, typer.Option(help="distance or kernel.")] = "",
+    unit: Annotated[str, typer.Option(help="none, area or first-eigenvalue.")] = "",
+    view: Annotated[str, typer.Option(help="closed or open.")] = "",
+    splines: Annotated[int | None, typer.Option(help="How many.")] = None,
+    smoothness: Annotated[float | None, typer.Option(help="η, relative.")] = None,
+    points: Annotated[int | None, typer.Option(help="Of the grid.")] = None,
+    interpolation: Annotated[str, typer.Option(help="nearest or linear.")] = "",
+    time: Annotated[float | None, typer.Option(help="Of the heat kernel.")] = None,
+    wait: Annotated[bool, typer.Option(help="Wait until the model is ready.")] = True,
+) -> None:
+    """Make a model; spline, grid and heat-time are learned from shapes and their transformations.
+
+    What was computed for one training is not computed again for the next.
+    """
+    parameters = _given(
+        criterion=criterion, unit=unit, view=view, splines=splines, smoothness=smoothness,
+        points=points, interpolation=interpolation, time=time,
+    )  # fmt: skip
+    training = _given(
+        collection=collection, correspondence=correspondence, shapes=shapes, seed=seed,
+        transformations=list(_named(transformations or [])), strengths=strengths,
+    )  # fmt: skip
+    if method in LEARNED and correspondence != "vertex-order":
+        training.setdefault("transformations", list(_named([PAPER])))
+    body = {"name": name, "method": method.value, "parameters": parameters}
+    body |= {"training": training} if training or method in LEARNED else {}
+    accepted: Document = session.client.request("POST", "/v1/models", json=body).json()
+    job = accepted["job"]
+    if wait and method in LEARNED:
+        job = wait_for_job(session.client, session.output, job, title=f"training {name}")
+        demand_success(job)
+    _show(session, name, job)
+
+
+def _given(**options: Any) -> dict[str, Any]:
+    """Options that were given; the service knows the defaults of the others."""
+    return {key: value for key, value in options.items() if value not in (None, "", [])}
+
+
+def _named(transformations: Iterable[str]) -> Iterable[str]:
+    """Names of transformations, with the paper's eleven for ``paper``."""
+    for transformation in transformations:
+        if transformation == PAPER:
+            from workers.geometry.transformations import PAPER_TRANSFORMATIONS
+
+            yield from PAPER_TRANSFORMATIONS
+        else:
+            yield transformation
+
+
+def _show(session: Session, name: str, job: Document) -> None:
+    """Show the model, and what its training has to say."""
+    output = session.output
+    found = session.client.get(f"/v1/models/{name}")
+    if output.as_json:
+        output.document({"model": found, "job": job})
+        return
+    output.console.print(f"[bold]{cell(name)}[/] is {found['state']}")
+    report = found["training"] or {}
+    if found["state"] == "ready" and report:
+        output.console.print(facts_table({FIGURES[key]: report.get(key) for key in FIGURES}))
+        output.console.print(criteria_table(report["criterion"]))
+    elif found["state"] != "ready":
+        output.say(f"watch it: [bold]proteus jobs watch {job['id']}[/]")
+    if job["errors"]:
+        output.console.print(errors_table(job["errors"], title="pairs that failed"))
+
+
+def criteria_table(criterion: Document) -> Table:
+    """Return the criterion of eq. (7), positives by negatives, of the learned and other kernels."""
+    columns = ("classes learned from", "classes held out")
+    title = "what transformations change, by what tells shapes apart"
+    table = make_table("kernel", *columns, title=title, numbers=columns)
+    held_out = criterion["held-out"] or {}
+    for key, shown in KERNELS.items():
+        table.add_row(shown, cell(criterion["training"].get(key)), cell(held_out.get(key)))
+    return table

@@ -1,0 +1,252 @@
+"""Bodies of models that are to be made."""
+
+from typing import Annotated, Any, Literal
+
+from pydantic import ConfigDict, Field, RootModel, StringConstraints, model_validator
+from pydantic.config import JsonDict
+
+from service.schemas.collections import CollectionName
+from service.schemas.jobs import JOB_EXAMPLE, JobAnswer
+from service.schemas.models import MODEL_EXAMPLE, ModelAnswer
+from service.schemas.text import Answer, Body, Text
+from workers.diffusion.learning_options import LearningOptions
+from workers.geometry.transformations import STRENGTHS, TRANSFORMATIONS
+from workers.pipeline.training_plan import MOST_CREATURES, MOST_SHAPES, TrainingRequest
+from workers.retrieval.builtin import HEAT_TIME, SHAPE_DNA_EIGENVALUES
+
+DEFAULTS = LearningOptions()
+Unit = Literal["none", "area", "first-eigenvalue"]
+UNIT = "of the eigenvalues: the meshes' own, or whatever makes area or λ₁ 1"
+Transformation = Annotated[Text, StringConstraints(max_length=40)]
+
+
+class ViewParameters(Body):
+    """How shapes are prepared: with compact holes closed, or as they are."""
+
+    view: Literal["closed", "open"] = "closed"
+
+
+class HeatParameters(ViewParameters):
+    """K²(λ) = exp(-2tλ)."""
+
+    time: float = Field(HEAT_TIME, gt=0, description="t, in the inverse unit of λ")
+    unit: Unit = Field("first-eigenvalue", description=UNIT)
+
+
+class CommuteTimeParameters(ViewParameters):
+    """K²(λ) = 1/λ; its distances are the same in every unit."""
+
+    unit: Unit = Field("area", description=UNIT)
+
+
+class ShapeDnaParameters(ViewParameters):
+    """Logarithms of the first eigenvalues at area 1."""
+
+    eigenvalues: int = Field(SHAPE_DNA_EIGENVALUES, ge=1, le=100, description="how many")
+
+
+class LearningParameters(ViewParameters):
+    """What every learned kernel has."""
+
+    criterion: Literal["kernel", "distance"] = Field(
+        DEFAULTS.criterion,  # type: ignore[arg-type]
+        description="what changes least: k(x,x') as in eq. (7), or d²(x,x')",
+    )
+    unit: Unit = Field(DEFAULTS.unit, description=UNIT)  # type: ignore[arg-type]
+    margin: float = Field(
+        DEFAULTS.margin,
+        ge=1,
+        le=100,
+        description="how far beyond the range learned from K² goes on",
+    )
+
+
+class SplineParameters(LearningParameters):
+    """K² in splines of ln λ, eqs. (11) to (13)."""
+
+    splines: int = Field(DEFAULTS.splines, ge=4, le=500, description="how many, q")
+    smoothness: float = Field(
+        DEFAULTS.smoothness, ge=0, le=1e6, description="η as a share of trace(P)/trace(R)"
+    )
+    nonnegative: bool = Field(
+        DEFAULTS.nonnegative, description="false: the closed form, put to 0 where it is negative"
+    )
+
+
+class GridParameters(LearningParameters):
+    """K² on a grid γ in ln λ, eq. (10)."""
+
+    points: int = Field(DEFAULTS.points, ge=2, le=500, description="of the grid, r")
+    interpolation: Literal["nearest", "linear"] = DEFAULTS.interpolation  # type: ignore[assignment]
+
+
+class Training(Body):
+    """From what to learn; all choices are made by the seed, nothing is random."""
+
+    collection: CollectionName | None = Field(
+        None, description="whose shapes are learned from; procedural creatures if left out"
+    )
+    transformations: list[Transformation] = Field(
+        default_factory=list,
+        max_length=100,
+        description=f"each is applied to every shape: {', '.join(TRANSFORMATIONS)}; none with "
+        "`vertex-order`",
+    )
+    strengths: list[Annotated[int, Field(ge=min(STRENGTHS), le=max(STRENGTHS))]] | None = Field(
+        None, min_length=1, max_length=100, description="of each transformation; all if left out"
+    )
+    correspondence: Literal["simulated", "vertex-order"] = Field(
+        "simulated",
+        description="`vertex-order`: shapes of one label share their vertices' order, and are each "
+        "other's transformations",
+    )
+    seed: int = Field(0, ge=0, le=2**31 - 1)
+    shapes: int | None = Field(
+        None,
+        ge=2,
+        le=1000,
+        description=f"at most so many, spread evenly over the labels; {MOST_CREATURES} creatures "
+        f"or {MOST_SHAPES} shapes of a collection if left out",
+    )
+
+    @model_validator(mode="after")
+    def _no_strengths_of_nothing(self) -> "Training":
+        if self.correspondence == "vertex-order" and self.strengths is not None:
+            raise ValueError("with 'vertex-order' nothing is simulated, so there are no strengths")
+        return self
+
+    def to_request(self) -> TrainingRequest:
+        """Return what the plan is made from."""
+        return TrainingRequest(
+            collection=self.collection,
+            transformations=tuple(self.transformations),
+            strengths=STRENGTHS if self.strengths is None else tuple(self.strengths),
+            correspondence=self.correspondence,
+            seed=self.seed,
+            shapes=self.shapes,
+        )
+
+
+class _Untrained(Body):
+    name: CollectionName
+    training: None = Field(None, description="nothing is trained")
+
+
+class NewHeat(_Untrained):
+    """The heat kernel at a given time."""
+
+    method: Literal["heat"]
+    parameters: HeatParameters = Field(default_factory=HeatParameters)
+
+
+class NewCommuteTime(_Untrained):
+    """The commute-time kernel."""
+
+    method: Literal["commute-time"]
+    parameters: CommuteTimeParameters = Field(default_factory=CommuteTimeParameters)
+
+
+class NewBiharmonic(_Untrained):
+    """The biharmonic kernel."""
+
+    method: Literal["biharmonic"]
+    parameters: ViewParameters = Field(default_factory=ViewParameters)
+
+
+class NewShapeDna(_Untrained):
+    """Eigenvalues themselves."""
+
+    method: Literal["shape-dna"]
+    parameters: ShapeDnaParameters = Field(default_factory=ShapeDnaParameters)
+
+
+class _Trained(Body):
+    name: CollectionName
+    training: Training = Field(default_factory=Training)
+
+
+class NewHeatTime(_Trained):
+    """The heat kernel at the time that is best by the criterion."""
+
+    method: Literal["heat-time"]
+    parameters: LearningParameters = Field(default_factory=LearningParameters)
+
+
+class NewSpline(_Trained):
+    """A kernel in splines."""
+
+    method: Literal["spline"]
+    parameters: SplineParameters = Field(default_factory=SplineParameters)
+
+
+class NewGrid(_Trained):
+    """A kernel on a grid."""
+
+    method: Literal["grid"]
+    parameters: GridParameters = Field(default_factory=GridParameters)
+
+
+Untrained = NewHeat | NewCommuteTime | NewBiharmonic | NewShapeDna
+Trained = NewHeatTime | NewSpline | NewGrid
+CREATURES: JsonDict = {"transformations": ["isometry", "noise", "holes"], "strengths": [1, 3, 5]}
+NEW_MODEL_EXAMPLES: list[JsonDict] = [
+    {
+        "name": "learned",
+        "method": "spline",
+        "parameters": {"splines": 20, "smoothness": 1e-6},
+        "training": {"collection": None, **CREATURES, "seed": 0},
+    },
+    {
+        "name": "gridded",
+        "method": "grid",
+        "parameters": {"points": 30, "interpolation": "linear", "criterion": "kernel"},
+        "training": {"collection": "zoo", "transformations": ["scale"], "strengths": [1, 2, 3]},
+    },
+    {
+        "name": "best-time",
+        "method": "heat-time",
+        "training": {"collection": "zoo", "correspondence": "vertex-order", "shapes": 20},
+    },
+    {"name": "short-heat", "method": "heat", "parameters": {"time": 0.05}},
+    {"name": "open-commute-time", "method": "commute-time", "parameters": {"view": "open"}},
+    {"name": "open-biharmonic", "method": "biharmonic", "parameters": {"view": "open"}},
+    {"name": "dna-40", "method": "shape-dna", "parameters": {"eigenvalues": 40}},
+]
+
+
+class NewModel(RootModel[Annotated[Untrained | Trained, Field(discriminator="method")]]):
+    """A model that is to be made; those with nothing to learn are ready at once."""
+
+    model_config = ConfigDict(json_schema_extra={"examples": list(NEW_MODEL_EXAMPLES)})
+
+    @model_validator(mode="before")
+    @classmethod
+    def _no_bank(cls, value: Any) -> Any:
+        if isinstance(value, dict) and value.get("method") == "bank":
+            raise ValueError("the method 'bank' is not available in this version")
+        return value
+
+
+class ModelAccepted(Answer):
+    """The model that was made, and the job that trains it."""
+
+    model_config = ConfigDict(
+        json_schema_extra={
+            "examples": [
+                {
+                    "model": MODEL_EXAMPLE,
+                    "job": {
+                        **JOB_EXAMPLE,
+                        "kind": "train",
+                        "progress": {"done": 18, "total": 180, "unit": "pairs"},
+                        "errors": [],
+                        "collection": None,
+                        "model": "learned",
+                    },
+                }
+            ]
+        }
+    )
+
+    model: ModelAnswer
+    job: JobAnswer

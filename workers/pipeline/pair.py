@@ -1,0 +1,184 @@
+"""A part of a training: a shape, a transformation of it, and the moments of both."""
+
+import hashlib
+import json
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+
+from workers.diffusion.pairs import PairMoments, pair_moments
+from workers.errors import (
+    BlobNotFoundError,
+    InsufficientTrainingDataError,
+    InvalidMeshError,
+    InvalidRequestError,
+    KernelDomainError,
+    SpectrumError,
+)
+from workers.geometry.arrays import IntArray
+from workers.geometry.cleaning import clean
+from workers.geometry.creatures import Creature, make_creature
+from workers.geometry.mesh import TriangleMesh
+from workers.geometry.solution import Solution
+from workers.geometry.transformations import transform
+from workers.pipeline.correspondence import Solved, corresponding_points
+from workers.pipeline.solve import parse_upload, read_mesh, solve_view
+from workers.pipeline.training_pairs import CreatureSource, Pair, Simulation, StoredSource
+from workers.pipeline.workbench import Workbench
+from workers.storage.arrays import pack, unpack
+from workers.storage.blobs import pair_failure_key, pair_key
+from workers.storage.parts import Claim, Failure, finish_part, report_failures
+from workers.storage.solutions import load_cleaned
+
+OWN_REASONS = (
+    InsufficientTrainingDataError,
+    InvalidMeshError,
+    InvalidRequestError,
+    KernelDomainError,
+    SpectrumError,
+)
+"""Why a pair may fail again and again: the training goes on without it."""
+
+
+@dataclass(frozen=True, eq=False)
+class Learnt:
+    """What is kept of a pair: its moments, and under which content its shape was solved."""
+
+    moments: PairMoments
+    sha256: str
+
+
+def compute_pair(bench: Workbench, claim: Claim) -> None:
+    """Store the moments of a pair, unless they are there; a pair that has none is named."""
+    pair = Pair.from_payload(claim.payload)
+    failures = []
+    try:
+        if not bench.blobs.exists(pair_key(pair.key)):
+            learnt = _learn_from(bench, pair)
+            arrays = {**learnt.moments.to_arrays(), "sha256": np.array(learnt.sha256)}
+            bench.blobs.put(pair_key(pair.key), pack(arrays))
+    except OWN_REASONS as error:
+        failure = Failure(pair.item, error.kind, str(error))
+        bench.blobs.put(pair_failure_key(pair.key), json.dumps(vars(failure)).encode())
+        failures.append(failure)
+    with bench.database.begin() as session:
+        report_failures(session, claim, failures, are_counted=True)
+        parts = finish_part(session, claim)
+    bench.send(parts)
+
+
+def load_pair(bench: Workbench, pair: Pair) -> Learnt | Failure:
+    """What is stored of a pair, or the reason why there is nothing.
+
+    Raises
+    ------
+    BlobNotFoundError
+        The pair was not computed.
+    """
+    try:
+        arrays = unpack(bench.blobs.get(pair_key(pair.key)))
+    except BlobNotFoundError:
+        reason = json.loads(bench.blobs.get(pair_failure_key(pair.key)))
+        return Failure(pair.item, reason["type"], reason["detail"])
+    return Learnt(PairMoments.from_arrays(arrays), str(arrays["sha256"]))
+
+
+@dataclass(frozen=True, eq=False)
+class _Shape:
+    """A mesh whose vertices are known by their numbers, its cleaned form, and their content."""
+
+    mesh: TriangleMesh
+    cleaned: TriangleMesh
+    sha256: str
+
+    def solved(self, bench: Workbench, pair: Pair) -> Solved:
+        """Solve it under the pair's view, or find it solved."""
+        return Solved(self.mesh, solve_view(bench.blobs, self.sha256, self.cleaned, pair.view))
+
+
+def _learn_from(bench: Workbench, pair: Pair) -> Learnt:
+    """Make and solve both shapes of a pair, and take their moments."""
+    shape = _original(bench, pair)
+    transformed, origin = _transformed(bench, pair, shape)
+    first, second = shape.solved(bench, pair), transformed.solved(bench, pair)
+    _require_eigenpairs(first.solution, second.solution)
+    found = corresponding_points(first, second, origin)
+    moments = pair_moments(
+        first.solution.spectrum,
+        second.solution.spectrum,
+        found.points,
+        found.transformed_points,
+        found.weights,
+        criterion=pair.criterion,
+    )
+    return Learnt(moments, shape.sha256)
+
+
+def _original(bench: Workbench, pair: Pair) -> _Shape:
+    """Shape X of a pair."""
+    source = pair.source
+    if isinstance(source, CreatureSource):
+        return _made(_creature(source).rest)
+    if isinstance(pair.change, StoredSource):
+        return _uploaded(bench, source)
+    try:
+        mesh = load_cleaned(bench.blobs, source.sha256)
+    except BlobNotFoundError:
+        mesh = read_mesh(
+            bench.blobs, source.sha256, filename=source.name, settings=bench.settings
+        ).mesh
+    return _Shape(mesh, mesh, source.sha256)
+
+
+def _transformed(bench: Workbench, pair: Pair, shape: _Shape) -> tuple[_Shape, IntArray]:
+    """Shape Y of a pair, and the vertex of X that each of its vertices comes from."""
+    change = pair.change
+    if isinstance(change, StoredSource):
+        other = _uploaded(bench, change)
+        if other.mesh.n_vertices != shape.mesh.n_vertices:
+            raise InvalidRequestError(
+                f"{change.name} has {other.mesh.n_vertices} vertices, expected as many as the "
+                f"{shape.mesh.n_vertices} of the shape that it is paired with"
+            )
+        return other, np.arange(other.mesh.n_vertices)
+    made = transform(
+        shape.mesh,
+        change.transformation,
+        change.strength,
+        seed=change.seed,
+        pose=_pose(pair.source, change),
+    )
+    return _made(made.mesh), made.origin
+
+
+def _pose(source: CreatureSource | StoredSource, change: Simulation) -> TriangleMesh | None:
+    """Pose of a creature, the farther from rest the stronger the transformation."""
+    if change.pose is None or not isinstance(source, CreatureSource):
+        return None
+    return _creature(source).posed(change.pose, strength=change.strength / 5)
+
+
+@lru_cache(maxsize=2)
+def _creature(source: CreatureSource) -> Creature:
+    return make_creature(source.species, seed=source.seed, vertices=source.vertices)
+
+
+def _made(mesh: TriangleMesh) -> _Shape:
+    """Mesh that was made here, known by its own content."""
+    content = hashlib.sha256(f"mesh {mesh.n_vertices} {mesh.n_faces} ".encode())
+    content.update(mesh.vertices.astype("<f8").tobytes())
+    content.update(mesh.faces.astype("<i8").tobytes())
+    return _Shape(mesh, clean(mesh).mesh, content.hexdigest())
+
+
+def _uploaded(bench: Workbench, source: StoredSource) -> _Shape:
+    """Mesh in the vertex order of its file."""
+    parsed = parse_upload(bench.blobs, source.sha256, filename=source.name, settings=bench.settings)
+    return _Shape(parsed.mesh, clean(parsed.mesh).mesh, source.sha256)
+
+
+def _require_eigenpairs(*solutions: Solution) -> None:
+    for solution in solutions:
+        if not solution.spectrum.n_eigenpairs:
+            raise SpectrumError("a mesh of the pair has no eigenpairs")
