@@ -15,7 +15,7 @@ from service.cli.console import CommandError
 from service.serve import is_ready
 from service.supervisor.lock import holder_of
 from service.supervisor.processes import describe_exit, die_with
-from workers.settings import Settings
+from workers.settings import PREFIX, Settings
 
 START_SECONDS = 180.0
 
@@ -41,6 +41,7 @@ class EmbeddedService:
             ],
             stdin=subprocess.DEVNULL,
             stdout=subprocess.DEVNULL,  # where it is, is said by this process
+            env={**os.environ, f"{PREFIX}WORKING_VERTICES": str(settings.working_vertices)},
             process_group=0,
             preexec_fn=partial(die_with, os.getpid()),
         )
