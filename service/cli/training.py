@@ -124,7 +124,9 @@ def _show(session: Session, name: str, job: Document) -> None:
     output.console.print(f"[bold]{cell(name)}[/] is {found['state']}")
     report = found["training"] or {}
     if found["state"] == "ready" and report:
-        output.console.print(facts_table({FIGURES[key]: report.get(key) for key in FIGURES}))
+        low, high = report["trained_range"]
+        told = {**report, "trained_range": f"{low:.4g} to {high:.4g}"}
+        output.console.print(facts_table({FIGURES[key]: told.get(key) for key in FIGURES}))
         output.console.print(criteria_table(report["criterion"]))
     elif found["state"] != "ready":
         output.say(f"watch it: [bold]proteus jobs watch {job['id']}[/]")

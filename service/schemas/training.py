@@ -64,7 +64,12 @@ class LearningParameters(ViewParameters):
 class SplineParameters(LearningParameters):
     """K² in splines of ln λ, eqs. (11) to (13)."""
 
-    splines: int = Field(DEFAULTS.splines, ge=4, le=500, description="how many, q")
+    splines: int | None = Field(
+        DEFAULTS.splines,
+        ge=4,
+        le=500,
+        description="how many, q; if left out, as many as put their knots a factor e apart",
+    )
     smoothness: float = Field(
         DEFAULTS.smoothness, ge=0, le=1e6, description="η as a share of trace(P)/trace(R)"
     )
@@ -193,7 +198,7 @@ NEW_MODEL_EXAMPLES: list[JsonDict] = [
     {
         "name": "learned",
         "method": "spline",
-        "parameters": {"splines": 20, "smoothness": 1e-6},
+        "parameters": {"splines": 12, "smoothness": 1e-10},
         "training": {"collection": None, **CREATURES, "seed": 0},
     },
     {

@@ -202,6 +202,13 @@ def test_distances_have_mean_square_one_and_stay_below_the_top(deformed: Pairs) 
     assert_allclose(learned.report["top_distance"], 2.5 * np.sqrt(max(means)), rtol=1e-12)
 
 
+def test_knots_stand_a_factor_e_apart_unless_told_otherwise(deformed: Pairs) -> None:
+    report = learn(deformed).report
+    low, high = report["trained_range"]
+    assert report["functions"] == round(np.log(high / low)) + 3
+    assert learn(deformed, splines=7).report["functions"] == 7
+
+
 @pytest.mark.parametrize(
     "options",
     [{}, {"nonnegative": False}, {"method": "grid", "interpolation": "nearest"}, {"splines": 60}],

@@ -181,7 +181,7 @@ def test_a_model_is_trained_and_its_figures_are_shown(run: Run, fake: FakeServic
         },
     }  # fmt: skip
     assert result.exit_code == 0
-    for figure in ("0.011", "0.022", "0.066", "0.217", "-1.15", "ready"):
+    for figure in ("0.011", "0.022", "0.066", "0.217", "-1.15", "1 to 230", "ready"):
         assert figure in result.stdout
 
 

@@ -158,7 +158,8 @@ def _fit(training: TrainingSet, options: LearningOptions) -> _Fit:
         raise InsufficientTrainingDataError(
             f"all eigenvalues to learn from are {low:g}, expected a range of them"
         )
-    basis = SplineBasis(low, high, options.basis_size, options.basis_degree)
+    size = options.basis_size(low, high)
+    basis = SplineBasis(low, high, size, options.basis_degree)
     positive, negative = training.statistics(basis.values).means
     if not np.trace(positive) > _UNCHANGED * np.trace(negative):
         raise InsufficientTrainingDataError(
@@ -256,6 +257,7 @@ def _report(
         "slope": slope,
         "slope_deviation": deviation,
         "negative_share": float((fit.values(fit.plain, places) < 0.0).mean()),
+        "functions": fit.basis.size,
         "unseen_functions": fit.basis.size - len(fit.seen),
         "eta": fit.smoothness,
         "trained_range": [fit.basis.low, fit.basis.high],

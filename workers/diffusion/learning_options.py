@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from typing import Any
 
 from workers.diffusion.pairs import CRITERIA, UNITS
@@ -11,6 +11,7 @@ from workers.errors import InvalidRequestError
 METHODS = ("spline", "grid", "heat-time")
 INTERPOLATIONS = {"nearest": 0, "linear": 1}  # degree of the basis
 SPLINE_DEGREE = 3
+KNOT_SPACING = 1.0  # of ln λ; see docs/learning.md for what finer and coarser ones do
 
 _COMMON = ("criterion", "unit", "margin")
 _TAKEN = {
@@ -33,8 +34,9 @@ class LearningOptions:
     unit : str
         Of the eigenvalues: "none", the meshes' own; "area" or "first-eigenvalue", whatever makes
         that 1.
-    splines : int
-        Number of cubic splines, q, uniform in ln λ; at least 4.
+    splines : int or None
+        Number of cubic splines, q, uniform in ln λ; at least 4. None: as many as put their knots
+        a factor e apart, about 10 for λ/λ₁.
     smoothness : float
         η as a share of trace(P) / trace(R), from 0.
     nonnegative : bool
@@ -50,8 +52,8 @@ class LearningOptions:
     method: str = "spline"
     criterion: str = "distance"
     unit: str = "first-eigenvalue"
-    splines: int = 20
-    smoothness: float = 1e-6
+    splines: int | None = None
+    smoothness: float = 1e-10
     nonnegative: bool = True
     points: int = 30
     interpolation: str = "linear"
@@ -71,6 +73,8 @@ class LearningOptions:
                 )
         for name, low, high in (("splines", SPLINE_DEGREE + 1, 500), ("points", 2, 500)):
             value = getattr(self, name)
+            if name == "splines" and value is None:
+                continue
             if isinstance(value, bool) or not isinstance(value, int) or not low <= value <= high:
                 raise InvalidRequestError(
                     f"{name} is {value!r}, expected a whole number from {low} to {high}"
@@ -106,10 +110,13 @@ class LearningOptions:
             )
         return cls(method=method, **parameters)
 
-    @property
-    def basis_size(self) -> int:
-        """Functions in which K² is written: points of a grid, or splines."""
-        return self.points if self.method == "grid" else self.splines
+    def basis_size(self, low: float, high: float) -> int:
+        """Functions in which K² is written on [low, high]: points of a grid, or splines."""
+        if self.method == "grid":
+            return self.points
+        if self.splines is None:
+            return max(round(math.log(high / low) / KNOT_SPACING), 1) + SPLINE_DEGREE
+        return self.splines
 
     @property
     def basis_degree(self) -> int:
@@ -120,6 +127,3 @@ class LearningOptions:
     def basis_smoothness(self) -> float:
         """Relative η: a grid has none, eq. (10)."""
         return 0.0 if self.method == "grid" else float(self.smoothness)
-
-
-PARAMETERS: tuple[str, ...] = tuple(field.name for field in fields(LearningOptions))[1:]
