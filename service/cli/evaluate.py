@@ -7,11 +7,11 @@ from typing import Annotated
 import typer
 from rich.console import Console
 from rich.markup import escape
-from rich.table import Table
 
 from service.cli.connection import Session, connected
 from service.cli.evaluation_tables import (
     MOST_LABELS,
+    Figures,
     best_model,
     difference_lines,
     label_table,
@@ -87,14 +87,17 @@ def show(session: Session, found: Document, *, by_strength: bool, worst: int) ->
         _print(console, "by strength", strength_table(found))
     _print(console, "over all queries, per cent", measures_table(found))
     if rows := worst_queries(found, worst):
-        table = worst_table(rows, _names(session.client, rows))
-        _print(console, f"worst queries under {escape(best_model(found))}", table)
+        console.print(f"\n[italic]worst queries under {escape(best_model(found))}[/]")
+        console.print(worst_table(rows, _names(session.client, rows)))
 
 
-def _print(console: Console, title: str, table: Table) -> None:
-    """Print a table under its title, which may be the longer one."""
+def _print(console: Console, title: str, figures: Figures) -> None:
+    """Print a table under its title, in pieces where the screen is too narrow."""
     console.print(f"\n[italic]{title}[/]")
-    console.print(table)
+    for number, table in enumerate(figures.tables(console.width)):
+        if number:
+            console.print()
+        console.print(table)
 
 
 def write_csv(path: Path, found: Document) -> None:

@@ -1,9 +1,11 @@
 """The tables of an evaluation, as a screen shows them."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
 
 from rich.markup import escape
 from rich.table import Table
+from rich.text import Text
 
 from service.cli.console import cell, make_table
 from service.client import Document
@@ -19,26 +21,80 @@ MEASURES = {
 }
 
 
-def transformation_table(found: Document) -> Table:
+@dataclass(frozen=True)
+class Figures:
+    """A table with a column a model; as many tables as the screen is too narrow for one.
+
+    Attributes
+    ----------
+    first : str
+        Heading of the rows' names.
+    models : list of str
+    rows : list of (name, one figure a model)
+        As markup.
+    """
+
+    first: str
+    models: list[str]
+    rows: list[tuple[str, list[str]]] = field(default_factory=list)
+
+    def add(self, name: str, figures: list[str]) -> None:
+        """Add a row."""
+        self.rows.append((name, figures))
+
+    def tables(self, width: int) -> Iterator[Table]:
+        """Tables of at most this many characters, if one model fits: no figure is ever cut."""
+        for chosen in self._blocks(width):
+            heads = [escape(self.models[i]) for i in chosen]
+            table = make_table(self.first, *heads, numbers=heads)
+            table.columns[0].no_wrap = True
+            for name, figures in self.rows:
+                table.add_row(name, *(figures[i] for i in chosen))
+            yield table
+
+    def _blocks(self, width: int) -> Iterator[list[int]]:
+        """Numbers of the models that stand side by side."""
+        names = _width([escape(self.first), *(name for name, _ in self.rows)])
+        block: list[int] = []
+        used = names
+        for i, model in enumerate(self.models):
+            needed = _GAP + _width([escape(model), *(figures[i] for _, figures in self.rows)])
+            if block and used + needed > width:
+                yield block
+                block, used = [], names
+            block.append(i)
+            used += needed
+        yield block
+
+
+_GAP = 2  # characters between columns
+
+
+def _width(texts: Sequence[str]) -> int:
+    """Characters of the longest."""
+    return max(Text.from_markup(text).cell_len for text in texts)
+
+
+def transformation_table(found: Document) -> Figures:
     """Table 1: mean average precision by transformation, the best of each row marked."""
     table = _table(found, "transformation")
     for name, row in found["table"].items():
-        table.add_row(cell(name), *_marked([row[model] for model in found["models"]]))
+        table.add(cell(name), _marked([row[model] for model in found["models"]]))
     _add_mean(table, found, "mean of rows", found["mean_of_rows"])
     return table
 
 
-def strength_table(found: Document) -> Table:
+def strength_table(found: Document) -> Figures:
     """The same by strength."""
     table = _table(found, "transformation")
     for name, rows in found["by_strength"].items():
         for strength, row in rows.items():
             values = [row[model] for model in found["models"]]
-            table.add_row(f"{cell(name)} {escape(strength)}", *_marked(values))
+            table.add(f"{cell(name)} {escape(strength)}", _marked(values))
     return table
 
 
-def label_table(found: Document) -> Table:
+def label_table(found: Document) -> Figures:
     """Mean average precision by label; of many labels those that are found worst."""
     models = found["models"]
     rows = {
@@ -47,16 +103,16 @@ def label_table(found: Document) -> Table:
     kept = sorted(rows, key=lambda name: (max(rows[name]), name))[:MOST_LABELS]
     table = _table(found, "label")
     for name in sorted(kept):
-        table.add_row(cell(name), *_marked(rows[name]))
+        table.add(cell(name), _marked(rows[name]))
     _add_mean(table, found, "mean of queries", found["mean_intervals"])
     return table
 
 
-def measures_table(found: Document) -> Table:
+def measures_table(found: Document) -> Figures:
     """Every measure over all queries."""
     table = _table(found, "measure")
     for key, name in MEASURES.items():
-        table.add_row(name, *_marked([found["measures"][model][key] for model in found["models"]]))
+        table.add(name, _marked([found["measures"][model][key] for model in found["models"]]))
     return table
 
 
@@ -96,17 +152,15 @@ def best_model(found: Document) -> str:
     return max(models, key=lambda model: float(means[model]["value"]))
 
 
-def _table(found: Document, first: str) -> Table:
-    models = [escape(model) for model in found["models"]]
-    return make_table(first, *models, numbers=models)
+def _table(found: Document, first: str) -> Figures:
+    return Figures(first, list(found["models"]))
 
 
-def _add_mean(table: Table, found: Document, name: str, means: Mapping[str, Document]) -> None:
+def _add_mean(table: Figures, found: Document, name: str, means: Mapping[str, Document]) -> None:
     values = _marked([means[model]["value"] for model in found["models"]])
-    table.add_section()
-    table.add_row(f"[bold]{name}[/]", *values)
+    table.add(f"[bold]{name}[/]", values)
     bounds = [_bounds(means[model]).strip() for model in found["models"]]
-    table.add_row("[dim]95 % interval[/]", *(f"[dim]{escape(text)}[/]" for text in bounds))
+    table.add("[dim]95 % interval[/]", [f"[dim]{escape(text)}[/]" for text in bounds])
 
 
 def _marked(values: Sequence[float]) -> list[str]:

@@ -4,6 +4,7 @@ from service.cli.console import CommandError, Output
 from service.cli.waiting import wait_for_job
 from service.client import Client, Document, ServiceError
 from service.reproduction.plan import ModelSpec, Plan
+from workers.diffusion.kernels import Kernel, kernel_from_json
 
 
 def ensure_model(
@@ -66,7 +67,13 @@ def heat_time(model: Document) -> float:
     return float(model["kernels"][0]["parameters"]["time"])
 
 
-def curve(model: Document) -> tuple[list[float], list[float]]:
-    """Return the eigenvalues at which a model's first kernel is drawn, and K² there."""
-    kernel = model["kernels"][0]
-    return list(kernel["eigenvalues"]), list(kernel["squared_transfer"])
+def kernel_of(model: Document) -> Kernel:
+    """Return a model's first kernel, for eigenvalues in the unit of its channel."""
+    found = model["kernels"][0]
+    return kernel_from_json({"kind": found["kind"], "parameters": found["parameters"]})
+
+
+def trained_range(model: Document) -> tuple[float, float]:
+    """Return the smallest and largest eigenvalue that a model has learned from."""
+    low, high = model["training"]["trained_range"]
+    return float(low), float(high)

@@ -40,10 +40,10 @@ class Curve:
         for name in ("eigenvalues", "squared"):
             object.__setattr__(self, name, read_only(getattr(self, name), np.float64))
 
-    def within(self, low: float, high: float) -> "Curve":
-        """Return the part between two eigenvalues."""
-        inside = (self.eigenvalues >= low) & (self.eigenvalues <= high)
-        return replace(self, eigenvalues=self.eigenvalues[inside], squared=self.squared[inside])
+    @property
+    def scale_free(self) -> "Curve":
+        """λK², which is constant for the commute-time kernel."""
+        return replace(self, squared=self.eigenvalues * self.squared)
 
 
 def commute_time_like(curve: Curve, *, name: str = "commute time, K² = 1/λ") -> Curve:
@@ -64,13 +64,22 @@ def loglog_slope(curve: Curve) -> float:
 
 
 def draw_interpolations(grid: Curve, rough: Curve, smooth: Curve) -> "Figure":
-    """Fig. 1: nearest neighbour interpolation, splines without and with smoothness."""
-    figure = style.new_figure()
-    axes = figure.add_subplot()
+    """Fig. 1: nearest neighbour interpolation, splines without and with smoothness.
+
+    Beside K² there is λK², which shows what the logarithm of K² hides.
+    """
+    figure = style.new_figure(width=2 * style.WIDTH - 2.4)
+    left, right = figure.subplots(1, 2)
     looks = ((style.ORANGE, ":"), (style.GREEN, "--"), (style.BLUE, "-"))
     for curve, (colour, line) in zip((grid, rough, smooth), looks, strict=True):
-        _draw(axes, curve, colour, line)
-    _frame(axes, (grid, rough, smooth), LAMBDA, "Learned by three ways of interpolation")
+        _draw(left, curve, colour, line)
+        _draw(right, curve.scale_free, colour, line)
+    _frame(left, (grid, rough, smooth), LAMBDA, "Three ways of interpolation")
+    right.set_xscale("log")
+    right.set_ylim(bottom=0.0)
+    right.set_xlabel(LAMBDA)
+    right.set_ylabel("λ K²(λ)")
+    right.set_title("The same times λ: flat is commute time")
     return figure
 
 

@@ -11,7 +11,7 @@ import numpy as np
 from service.benchmark.build import Built
 from service.client import Document
 from service.reproduction import curves, pictures, style
-from service.reproduction.asking import curve
+from service.reproduction.asking import kernel_of, trained_range
 from service.reproduction.results import Results, model_names
 from service.reproduction.tables import (
     COLUMNS,
@@ -21,17 +21,18 @@ from service.reproduction.tables import (
     measured_table,
     paper_table,
 )
+from workers.diffusion.kernels import evaluate
 from workers.geometry.formats import parse
 from workers.geometry.mesh import TriangleMesh
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-FIGURES = ("figure1", "figure2", "figure3", "figure4", "figure5")
+CURVE_POINTS = 1500
 CURVE_NAMES: Mapping[str, str] = {
     "grid": "grid, nearest neighbour",
     "rough": "splines without smoothness",
-    "learned": "splines with smoothness",
+    "smooth": "splines with smoothness",
 }
 
 
@@ -95,10 +96,8 @@ def draw_figures(
 
 def trained_curve(model: Document, name: str) -> curves.Curve:
     """Return K² of a model where it has learned from something."""
-    eigenvalues, squared = curve(model)
-    found = curves.Curve(name, np.array(eigenvalues), np.array(squared))
-    low, high = (model.get("training") or {}).get("trained_range") or (0.0, np.inf)
-    return found.within(float(low), float(high))
+    eigenvalues = np.geomspace(*trained_range(model), CURVE_POINTS)
+    return curves.Curve(name, eigenvalues, evaluate(kernel_of(model), eigenvalues))
 
 
 def slope(model: Document) -> float:

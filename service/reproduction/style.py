@@ -76,5 +76,5 @@ def save_figure(figure: "Figure", folder: Path, name: str) -> tuple[Path, Path]:
     folder.mkdir(parents=True, exist_ok=True)
     png, svg = folder / f"{name}.png", folder / f"{name}.svg"
     figure.savefig(png, dpi=DPI, metadata={"Software": None})
-    figure.savefig(svg, metadata={"Date": None, "Creator": None})
+    figure.savefig(svg, metadata=dict.fromkeys(("Creator", "Date", "Format", "Type")))
     return png, svg

@@ -85,8 +85,9 @@ class LearningService(FakeService):
         heat = body["method"].startswith("heat")
         squared = np.exp(-2 * time * EIGENVALUES) if heat else 1.0 / EIGENVALUES
         kernel = {
-            "name": "distances", "kind": body["method"], "eigenvalues": EIGENVALUES.tolist(),
-            "squared_transfer": squared.tolist(), "parameters": {"time": time} if heat else {},
+            "name": "distances", "kind": "heat" if heat else "commute-time",
+            "eigenvalues": EIGENVALUES.tolist(), "squared_transfer": squared.tolist(),
+            "parameters": {"time": time} if heat else {},
         }  # fmt: skip
         training = body.get("training")
         criterion = {"learned": 0.2, "commute-time": 0.3, "heat": 0.4}

@@ -1,6 +1,7 @@
 """``proteus evaluate``: what is asked, what is shown, what is written."""
 
 import csv
+import io
 import json
 from collections.abc import Callable
 from functools import partial
@@ -8,9 +9,10 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from rich.console import Console
 from typer.testing import CliRunner, Result
 
-from service.cli.evaluation_tables import best_model, difference_lines, worst_queries
+from service.cli.evaluation_tables import Figures, best_model, difference_lines, worst_queries
 from service.cli.program import app
 from service.client import Client
 from tests.service.fake_service import FakeService
@@ -188,3 +190,19 @@ def test_a_failed_job_says_why(
     result = run("shrec")
     assert result.exit_code == 1
     assert "there is no model named 'mine'" in result.stderr
+
+
+@pytest.mark.parametrize("width", [48, 80, 200])
+def test_no_figure_and_no_name_is_cut_on_a_narrow_screen(width: int) -> None:
+    models = [f"a-model-of-some-length-{i}" for i in range(11)]
+    figures = Figures("transformation", models)
+    figures.add("holes", [f"{60 + i}.5" for i in range(11)])
+    console = Console(width=width, record=True, file=io.StringIO())
+    for table in figures.tables(width):
+        console.print(table)
+    lines = console.export_text().splitlines()
+    assert max(map(len, lines)) <= width
+    heads = [name for line in lines if line.startswith("transformation") for name in line.split()]
+    shown = [text for line in lines if line.startswith("holes") for text in line.split()]
+    assert [name for name in heads if name != "transformation"] == models
+    assert [text for text in shown if text != "holes"] == [f"{60 + i}.5" for i in range(11)]
