@@ -5,7 +5,11 @@ import threading
 
 import pytest
 
+from service.api import jobs as jobs_api
+from service.waiting import read_job
 from tests.service.running import DIE, EGG, GEM, Api, Json
+from workers.storage.database import Database
+from workers.storage.models import Job
 from workers.storage.parts import claim_part
 
 
@@ -90,11 +94,25 @@ def test_a_worker_that_lost_its_job_stores_nothing(zoo: Api) -> None:
     assert zoo.get("/v1/collections/zoo")["failed_count"] == 1
 
 
-def test_the_events_of_a_job_end_with_its_last_state(zoo: Api, job: Json) -> None:
-    timer = threading.Timer(0.3, zoo.work)
-    timer.start()
+def test_the_events_of_a_job_end_with_its_last_state(
+    zoo: Api, job: Json, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    watched = threading.Event()
+
+    def read_and_tell(database: Database, job_id: str) -> Job:
+        found = read_job(database, job_id)
+        watched.set()
+        return found
+
+    def work() -> None:
+        watched.wait()
+        zoo.work()
+
+    monkeypatch.setattr(jobs_api, "read_job", read_and_tell)
+    worker = threading.Thread(target=work)
+    worker.start()
     answer = zoo.client.get(f"/v1/jobs/{job['id']}/events")
-    timer.join()
+    worker.join()
     assert answer.headers["Content-Type"].startswith("text/event-stream")
     events = events_of(answer.text)
     assert events[0][1] == job
