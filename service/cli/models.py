@@ -8,7 +8,7 @@ from rich.table import Table
 from service.cli.connection import Session, connected
 from service.cli.console import cell, facts_table, make_table, state_cell
 from service.cli.training import train
-from service.cli.waiting import demand_success, wait_for_job
+from service.cli.waiting import demand_success, errors_table, wait_for_job
 from service.client import Document
 
 app = typer.Typer(
@@ -70,6 +70,9 @@ def activate_model(
         job = wait_for_job(session.client, session.output, job, title=f"describing under {name}")
         if not session.output.as_json:
             demand_success(job)
+            if job["errors"]:
+                table = errors_table(job["errors"], title=f"[red]not found under {cell(name)}[/]")
+                session.output.console.print(table)
     done = "is searched under" if wait else "moves to"
     session.output.show(job, f"[bold]{cell(collection)}[/] {done} [bold]{cell(name)}[/]")
     if wait and job["state"] != "succeeded":

@@ -23,6 +23,7 @@ class FakeService:
     """
 
     def __init__(self) -> None:
+        self.describe_errors: list[Document] = []
         self.collections: dict[str, Document] = {}
         self.shapes: dict[str, Document] = {}
         self.jobs: dict[str, Document] = {}
@@ -108,7 +109,8 @@ class FakeService:
 
     def activate(self, request: httpx.Request, name: str) -> httpx.Response:
         self.collections[name]["model"] = json.loads(request.content)["model"]
-        return answer({"job": self.new_job("describe", name, total=4)}, 202)
+        job = self.new_job("describe", name, total=4, errors=self.describe_errors)
+        return answer({"job": job}, 202)
 
     # -- shapes ----------------------------------------------------------------------------
 
@@ -214,7 +216,9 @@ class FakeService:
             return problem(404, "job-not-found", f"there is no job {identifier}")
         job = self.jobs[identifier]
         if job["state"] == "running":
-            job["state"] = "failed" if self._later[identifier] else "succeeded"
+            failed = len(self._later[identifier])
+            all_failed = failed > 0 and failed >= job["progress"]["total"]
+            job["state"] = "failed" if all_failed else "succeeded"
             job["errors"] = self._later[identifier]
             job["progress"] = {**job["progress"], "done": job["progress"]["total"]}
         if job["state"] == "queued":

@@ -171,6 +171,15 @@ def test_models_are_listed_shown_and_activated(run: Run, fake: FakeService) -> N
     assert fake.collections["default"]["model"] == "commute-time"
 
 
+def test_shapes_that_a_model_cannot_describe_are_named(run: Run, fake: FakeService) -> None:
+    run("collections", "create", "default")
+    reason = "the kernel is known for eigenvalues from 1 to 9, but the spectrum has 12"
+    fake.describe_errors = [{"item": "sword.off", "type": "kernel-domain", "detail": reason}]
+    shown = " ".join(run("models", "activate", "heat").stdout.split())
+    assert "not found under heat" in shown
+    assert f"sword.off {reason}" in shown
+
+
 def test_a_model_is_trained_and_its_figures_are_shown(run: Run, fake: FakeService) -> None:
     result = run("models", "train", "mine", "-t", "scale", "-t", "noise", "--strength", "3",
                  "--splines", "8", "--shapes", "4", "--seed", "1")  # fmt: skip

@@ -185,7 +185,9 @@ def test_a_failed_job_says_why(
     run: Run, fake: FakeService, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     new_job = fake.new_job
-    lost = [{"item": "mine", "type": "model-not-found", "detail": "there is no model named 'mine'"}]
+    lost = [
+        {"item": "mine", "type": "model-not-found", "detail": "there is no model named 'mine'"}
+    ] * 9
     monkeypatch.setattr(fake, "new_job", partial(new_job, errors=lost))
     result = run("shrec")
     assert result.exit_code == 1
