@@ -8,15 +8,20 @@ from numpy.testing import assert_allclose, assert_array_equal
 from service.benchmark.build import build_benchmark, read_benchmark
 from service.benchmark.plan import (
     COMMON_AREA,
-    TESTED_SPECIES,
     BenchmarkOptions,
     near_twins,
     plan_shapes,
     pose_number,
 )
+from service.benchmark.sources import CreatureMesh
 from tests.meshes import bumpy_sphere, scaled
 from workers.errors import InvalidRequestError
-from workers.geometry.creatures import SPECIES, make_creature
+from workers.geometry.creatures import (
+    SPECIES,
+    TESTED_SPECIES,
+    TRAINING_SPECIES,
+    make_creature,
+)
 from workers.geometry.formats import parse, write
 from workers.geometry.mesh import TriangleMesh
 from workers.pipeline.naming import read_name
@@ -176,7 +181,9 @@ def test_creatures_are_of_the_species_that_training_leaves_and_distractors_are_n
     shapes = plan_shapes(BenchmarkOptions(creatures=6, creature_distractors=50))
     queries = [shape for shape in shapes if shape.is_query]
     assert {shape.label for shape in queries} <= set(TESTED_SPECIES)
-    assert not {shape.label for shape in queries} & set(SPECIES[0::2])
+    assert {*TESTED_SPECIES, *TRAINING_SPECIES} == set(SPECIES)
+    made = {shape.source.species for shape in shapes if isinstance(shape.source, CreatureMesh)}
+    assert not made & set(TRAINING_SPECIES)
     assert len(queries) == 6
     assert len({shape.label for shape in shapes}) == len(shapes) == 56
     assert len({shape.source for shape in shapes}) == 56

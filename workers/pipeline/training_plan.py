@@ -8,7 +8,7 @@ from typing import Any
 from sqlalchemy.orm import Session
 
 from workers.errors import InsufficientTrainingDataError, InvalidRequestError
-from workers.geometry.creatures import SPECIES
+from workers.geometry.creatures import TRAINING_SPECIES
 from workers.geometry.preparation import View
 from workers.geometry.transformations import STRENGTHS, TRANSFORMATIONS
 from workers.pipeline.training_pairs import (
@@ -29,9 +29,6 @@ from workers.pipeline.training_shapes import (
 
 SIMULATED, VERTEX_ORDER = "simulated", "vertex-order"
 CORRESPONDENCES = (SIMULATED, VERTEX_ORDER)
-TRAINING_SPECIES = SPECIES[0::2]
-"""The others are for tests: no class is learned from and tested on."""
-
 MOST_CREATURES, MOST_SHAPES = 12, 50  # unless more are asked for
 FEWEST_VERTICES, MOST_VERTICES = 2000, 4000  # of a creature
 MOST_PAIRS = 5000  # their moments, 0.3 MB each, are in memory at once

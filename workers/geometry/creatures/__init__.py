@@ -8,8 +8,17 @@ puts this together.
 from workers.geometry.creatures.individual import (
     CREATURES_VERSION,
     SPECIES,
+    TESTED_SPECIES,
+    TRAINING_SPECIES,
     Creature,
     make_creature,
 )
 
-__all__ = ["CREATURES_VERSION", "SPECIES", "Creature", "make_creature"]
+__all__ = [
+    "CREATURES_VERSION",
+    "SPECIES",
+    "TESTED_SPECIES",
+    "TRAINING_SPECIES",
+    "Creature",
+    "make_creature",
+]

@@ -19,6 +19,8 @@ from workers.geometry.creatures.species import BUILDERS
 from workers.geometry.mesh import TriangleMesh
 
 SPECIES: tuple[str, ...] = tuple(BUILDERS)
+TRAINING_SPECIES, TESTED_SPECIES = SPECIES[0::2], SPECIES[1::2]
+"""What models are learned from, and what they are tested with: no species is both."""
 
 CREATURES_VERSION = "1"
 """Part of the key of what is stored of creatures: raised when the same seeds give other bytes."""

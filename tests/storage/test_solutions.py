@@ -1,0 +1,60 @@
+"""Solutions as blobs: what is read back is what descriptors are made from, its sample included."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numpy.testing import assert_array_equal
+
+import workers.geometry.solution as solution_module
+from tests.meshes import bumpy_sphere
+from workers.diffusion.kernels import CommuteTimeKernel
+from workers.geometry.preparation import open_view
+from workers.geometry.sampling import SAMPLES, SurfaceSample, sample_surface
+from workers.geometry.solution import solve
+from workers.retrieval.builtin import distance_model
+from workers.retrieval.model import describe
+from workers.storage.arrays import pack, unpack
+from workers.storage.blobs import BlobStore, spectrum_key
+from workers.storage.solutions import load_solution, store_solution
+
+SHA256 = "0" * 64
+VIEW = open_view(working_vertices=1500)
+
+
+@pytest.fixture(scope="module")
+def store(tmp_path_factory: pytest.TempPathFactory) -> BlobStore:
+    """A store that holds one solution, of more vertices than a sample has points."""
+    folder: Path = tmp_path_factory.mktemp("blobs")
+    blobs = BlobStore(f"file://{folder}")
+    store_solution(blobs, SHA256, VIEW, solve(bumpy_sphere(4), VIEW))
+    return blobs
+
+
+def test_the_sample_is_kept_and_is_that_of_what_is_read_back(
+    store: BlobStore, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    found = load_solution(store, SHA256, VIEW)
+    expected = sample_surface(found.mesh, found.spectrum)
+
+    def refuse(*_: object, **__: object) -> SurfaceSample:
+        raise AssertionError("the sample was taken again")
+
+    monkeypatch.setattr(solution_module, "sample_surface", refuse)
+    assert len(found.sample().indices) == SAMPLES < found.mesh.n_vertices
+    assert_array_equal(found.sample().indices, expected.indices)
+    assert_array_equal(found.sample().weights, expected.weights)
+
+
+def test_a_solution_that_was_stored_without_a_sample_gives_the_same_descriptor(
+    store: BlobStore,
+) -> None:
+    model = distance_model("commute-time", CommuteTimeKernel(), VIEW, normalisation="area", top=4.0)
+    expected = describe({VIEW.name: load_solution(store, SHA256, VIEW)}, model)
+    arrays = unpack(store.get(spectrum_key(SHA256, VIEW.key)))
+    older = {name: values for name, values in arrays.items() if not name.startswith("sample_")}
+    assert len(older) < len(arrays)
+    store.put(spectrum_key("1" * 64, VIEW.key), pack(older))
+    found = describe({VIEW.name: load_solution(store, "1" * 64, VIEW)}, model)
+    assert found.tobytes() == expected.tobytes()
+    assert np.isfinite(found).all()
