@@ -9,6 +9,7 @@ from typing import Any, ClassVar, Protocol, runtime_checkable
 
 import numpy as np
 
+from workers.diffusion.bands import WAVE_WIDTH, MexicanHatKernel, WaveKernel
 from workers.diffusion.bounded_kernels import (
     SplineKernel,
     TabulatedKernel,
@@ -23,8 +24,10 @@ __all__ = [
     "CommuteTimeKernel",
     "HeatKernel",
     "Kernel",
+    "MexicanHatKernel",
     "SplineKernel",
     "TabulatedKernel",
+    "WaveKernel",
     "evaluate",
     "kernel_from_json",
     "kernel_to_json",
@@ -170,6 +173,11 @@ def kernel_from_json(value: Mapping[str, Any]) -> Kernel:
                 return CommuteTimeKernel()
             case BiharmonicKernel.kind:
                 return BiharmonicKernel()
+            case MexicanHatKernel.kind:
+                return MexicanHatKernel(float(parameters["time"]))
+            case WaveKernel.kind:
+                width = float(parameters.get("width", WAVE_WIDTH))
+                return WaveKernel(float(parameters["energy"]), width)
             case TabulatedKernel.kind:
                 return TabulatedKernel(
                     np.asarray(parameters["eigenvalues"], dtype=np.float64),
@@ -189,8 +197,8 @@ def kernel_from_json(value: Mapping[str, Any]) -> Kernel:
             f"parameters of the kernel {kind!r} are not usable: {parameters!r}"
         ) from error
     raise InvalidRequestError(
-        f"there is no kernel {kind!r}; there are heat, commute-time, biharmonic, tabulated "
-        "and spline"
+        f"there is no kernel {kind!r}; there are heat, commute-time, biharmonic, mexican-hat, "
+        "wave, tabulated and spline"
     )
 
 
