@@ -21,6 +21,7 @@ from workers.geometry.mesh import TriangleMesh
 from workers.geometry.rendering import render
 from workers.geometry.spectrum import first_eigenvalues
 from workers.geometry.topology import count_components, euler_characteristic
+from workers.geometry.transformations import transform
 
 SEVERAL = ("human", "horse", "spider", "octopus", "fish", "hand", "chair", "snake")
 
@@ -262,6 +263,19 @@ def test_limbs_that_would_run_into_each_other_are_noticed() -> None:
     assert not clearance.offenders(bone_motions(skeleton, np.zeros(2))).any()
     crossing = clearance.offenders(bone_motions(skeleton, np.array([np.radians(65), 0.0])))
     assert_array_equal(crossing, [False, False, True, True])
+
+
+@pytest.mark.parametrize("species", ["human", "elephant", "octopus"])
+def test_limbs_meet_in_touching_poses(species: str) -> None:
+    creature = creature_of(species)
+    touching = creature.touching(1)
+    assert_array_equal(touching.vertices, creature.touching(1).vertices)
+    assert_array_equal(touching.faces, creature.rest.faces)
+    welds = [
+        2 - euler_characteristic(transform(creature.rest, "topology", 5, seed=0, pose=pose).mesh)
+        for pose in (creature.posed(1), touching)
+    ]
+    assert welds[1] > welds[0]  # two for each: a pair of faces taken out makes one handle
 
 
 def test_relaxing_a_sphere_keeps_it_and_evens_its_triangles() -> None:

@@ -26,6 +26,7 @@ CREATURES_VERSION = "1"
 """Part of the key of what is stored of creatures: raised when the same seeds give other bytes."""
 
 _FEWEST, _MOST = 2_000, 20_000
+_WIDE, _TRIES = 1.8, 20  # factor on the angles of poses in which limbs meet, and how many are tried
 _ATTEMPTS = 10  # to bring limbs apart that run into each other,
 _CALMER = 0.65  # each time by this factor on the angles that are to blame
 
@@ -80,9 +81,7 @@ class Creature:
             raise InvalidRequestError(f"strength is {strength}, at least 0 is expected")
         rng = _generator("pose", self.species, self.seed, seed)
         motions = self.skeleton.motions
-        low = np.array([motion.low for motion in motions])
-        high = np.array([motion.high for motion in motions])
-        angles = strength * rng.uniform(low, high)
+        angles = strength * self._angles(rng)
         for _ in range(_ATTEMPTS):
             moved = bone_motions(self.skeleton, angles)
             guilty = self._clearance.offenders(moved)  # (b,)
@@ -91,6 +90,30 @@ class Creature:
             calm = [_CALMER if guilty[motion.bones].any() else 1.0 for motion in motions]
             angles = angles * np.array(calm)
         return TriangleMesh(blend(self.rest.vertices, self.weights, moved), self.rest.faces)
+
+    def touching(self, seed: int) -> TriangleMesh:
+        """A pose in which limbs meet or run into each other, as nearly as the species can.
+
+        Of twenty wide poses the one in which the most bones do; for surfaces that are welded where
+        they touch.
+
+        Parameters
+        ----------
+        seed : int
+            At least 0; the same seed gives the same bytes.
+        """
+        rng = _generator("touching", self.species, self.seed, seed)
+        tried = [bone_motions(self.skeleton, _WIDE * self._angles(rng)) for _ in range(_TRIES)]
+        closest = max(tried, key=lambda moved: int(self._clearance.offenders(moved).sum()))
+        return TriangleMesh(blend(self.rest.vertices, self.weights, closest), self.rest.faces)
+
+    def _angles(self, rng: np.random.Generator) -> FloatArray:
+        """One angle for every motion, evenly within its range."""
+        motions = self.skeleton.motions
+        low = np.array([motion.low for motion in motions])
+        high = np.array([motion.high for motion in motions])
+        angles: FloatArray = rng.uniform(low, high)
+        return angles
 
 
 def make_creature(species: str, *, seed: int, vertices: int = 4000) -> Creature:
