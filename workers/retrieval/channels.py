@@ -23,9 +23,14 @@ from workers.retrieval.dissimilarity import find_dissimilarity
 
 DISTANCES = "distance-distribution"
 DIAGONAL = "diagonal-distribution"
+LOG_DIAGONAL = "log-diagonal-distribution"
 EIGENVALUES = "eigenvalues"
-FEATURES = (DISTANCES, DIAGONAL, EIGENVALUES)
+AREA = "area"
+FEATURES = (DISTANCES, DIAGONAL, LOG_DIAGONAL, EIGENVALUES, AREA)
+WITHOUT_KERNEL = frozenset({EIGENVALUES, AREA})
 NORMALISATIONS = ("none", "area", "first-eigenvalue", "mean")
+CENTRES = ("none", "mean", "log-mean")
+LOG_FLOOR = 1e-9  # below what any kernel leaves at a vertex of a surface of area 1
 
 
 @dataclass(frozen=True)
@@ -42,10 +47,14 @@ class Channel:
         None for eigenvalues, which need none.
     feature : str
         "distance-distribution": of diffusion distances between sampled points, eq. (6);
-        "diagonal-distribution": of k(x,x) at all vertices; "eigenvalues": their logarithms.
+        "diagonal-distribution": of k(x,x) at all vertices; "log-diagonal-distribution": of
+        ln k(x,x); "eigenvalues": their logarithms; "area": the logarithm of the surface's area.
     normalisation : str
         The scale that is forgotten: "none"; "area" and "first-eigenvalue" scale the surface until
         that is 1; "mean" divides distances, values or eigenvalues by their mean.
+    centre : str
+        What is subtracted from ln k(x,x): "none"; "mean", the logarithm of the mean of k(x,x);
+        "log-mean", the mean of ln k(x,x). "none" for all other features.
     edges : tuple of float or None
         Bounds of a histogram's bins, fixed with the model; the outermost bins take what is beyond.
     levels : tuple of float or None
@@ -70,6 +79,7 @@ class Channel:
     scale: float = 1.0
     weight: float = 1.0
     samples: int = SAMPLES
+    centre: str = "none"
 
     def __post_init__(self) -> None:
         """Check that the parts fit together."""
@@ -77,13 +87,17 @@ class Channel:
             raise _unknown(self.name, "feature", self.feature, FEATURES)
         if self.normalisation not in NORMALISATIONS:
             raise _unknown(self.name, "normalisation", self.normalisation, NORMALISATIONS)
-        if (self.kernel is None) != (self.feature == EIGENVALUES):
-            raise self._invalid("eigenvalues take no kernel, everything else needs one")
+        if self.centre not in CENTRES:
+            raise _unknown(self.name, "centre", self.centre, CENTRES)
+        if self.centre != "none" and self.feature != LOG_DIAGONAL:
+            raise self._invalid("only ln k(x,x) has a centre")
+        if (self.kernel is None) != (self.feature in WITHOUT_KERNEL):
+            raise self._invalid("eigenvalues and area take no kernel, everything else needs one")
         if (self.edges is None) == (self.levels is None):
             raise self._invalid("expected either edges or levels")
         if self.edges is not None:
-            if self.feature == EIGENVALUES:
-                raise self._invalid("eigenvalues have levels, their numbers, and no edges")
+            if self.feature in WITHOUT_KERNEL:
+                raise self._invalid("eigenvalues and area have levels and no edges")
             if len(self.edges) < 2 or not np.all(np.diff(self.edges) > 0.0):
                 raise self._invalid("edges must ascend and be at least 2")
         if self.levels is not None and not self._levels_fit(self.levels):
@@ -126,6 +140,7 @@ class Channel:
             "scale": self.scale,
             "weight": self.weight,
             "samples": self.samples,
+            "centre": self.centre,
         }
 
     @classmethod
@@ -145,12 +160,15 @@ class Channel:
                 scale=float(value["scale"]),
                 weight=float(value["weight"]),
                 samples=int(value.get("samples", SAMPLES)),
+                centre=str(value.get("centre", "none")),
             )
         except (AttributeError, KeyError, TypeError, ValueError) as error:
             raise InvalidRequestError(f"the channel cannot be read: {error!r}") from error
 
     def _levels_fit(self, levels: tuple[float, ...]) -> bool:
         """Whether levels are what the feature needs."""
+        if self.feature == AREA:
+            return levels == (1.0,)
         if self.feature == EIGENVALUES:
             return len(levels) > 0 and all(level >= 1 and level % 1 == 0 for level in levels)
         return len(levels) > 0 and all(0.0 < level < 1.0 for level in levels)
@@ -185,9 +203,15 @@ def describe_channel(solution: Solution, channel: Channel) -> Float32Array:
             f"channel {channel.name!r} needs {needed} eigenvalues, but the spectrum of this mesh "
             f"with {solution.mesh.n_vertices} vertices has {solution.spectrum.n_eigenpairs}"
         )
+    if channel.feature == AREA:
+        logarithm: Float32Array = np.log([solution.spectrum.area]).astype(np.float32)
+        return logarithm
     spectrum = normalised_spectrum(solution.spectrum, channel.normalisation)
     if channel.kernel is None:
         return _log_eigenvalues(spectrum, channel)
+    if channel.feature == LOG_DIAGONAL:
+        values = _log_diagonal(spectrum, channel.kernel, channel.centre)  # (n,)
+        return _distribution_vector(values, spectrum.areas, channel)
     if channel.feature == DIAGONAL:
         values = diagonal_signature(spectrum, channel.kernel)  # (n,)
         return _distribution_vector(values, spectrum.areas, channel)
@@ -212,6 +236,19 @@ def _log_eigenvalues(spectrum: Spectrum, channel: Channel) -> Float32Array:
     if channel.normalisation == "mean":
         eigenvalues = eigenvalues / eigenvalues.mean()
     return np.log(eigenvalues).astype(np.float32)
+
+
+def _log_diagonal(spectrum: Spectrum, kernel: Kernel, centre: str) -> FloatArray:
+    """Return ln k(x,x) at every vertex, (n,), without its centre; k is floored for unit area."""
+    values = diagonal_signature(spectrum, kernel)  # (n,)
+    logarithms = np.log(values + LOG_FLOOR / spectrum.area)
+    if centre == "mean":
+        mean = weighted_mean(values, spectrum.areas)
+        logarithms -= np.log(mean + LOG_FLOOR / spectrum.area)
+    elif centre == "log-mean":
+        logarithms -= weighted_mean(logarithms, spectrum.areas)
+    centred: FloatArray = logarithms
+    return centred
 
 
 def _distribution_vector(values: FloatArray, weights: FloatArray, channel: Channel) -> Float32Array:
