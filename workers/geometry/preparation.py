@@ -13,12 +13,16 @@ from workers.geometry.closing import close_loops
 from workers.geometry.mesh import TriangleMesh
 from workers.geometry.refinement import refine
 from workers.geometry.simplification import simplify
+from workers.geometry.smoothing import smooth
 from workers.geometry.spectrum import SOLVER_VERSION
 
 PREPARATION_VERSION = "1"
 """Part of every view's key: raised when a step gives another mesh than before."""
 
 MINIMUM_QUOTIENT = 0.1  # SCIENCE.md, section 4: holes are closed, ragged rims of scans are not
+SMOOTHING_TIME = 1e-4  # of the area; SCIENCE.md, section 4
+SMOOTHED_VERTICES = 2500  # nothing finer is left of a smoothed surface
+VIEW_NAMES = ("closed", "open", "smooth", "smooth-open")
 FEWEST_VERTICES = 1000  # a coarser mesh has too few eigenpairs
 
 
@@ -124,6 +128,26 @@ def open_view(*, working_vertices: int = 5000) -> View:
     return View("open", _sizing(working_vertices))
 
 
+def named_view(name: str, *, working_vertices: int = 5000) -> View:
+    """View of one of `VIEW_NAMES`: with compact loops closed or not, smoothed or not.
+
+    Raises
+    ------
+    InvalidRequestError
+        There is no view of this name.
+    """
+    if name not in VIEW_NAMES:
+        raise InvalidRequestError(f"there is no view {name!r}; there are {', '.join(VIEW_NAMES)}")
+    if not name.startswith("smooth"):
+        make = open_view if name == "open" else default_view
+        return make(working_vertices=working_vertices)
+    closing = Step("close-loops", {"minimum_quotient": MINIMUM_QUOTIENT})
+    first = () if name == "smooth-open" else (closing,)
+    refining, simplifying = _sizing(min(working_vertices, SMOOTHED_VERTICES))
+    smoothing = Step("smooth", {"time": SMOOTHING_TIME})
+    return View(name, (*first, refining, smoothing, simplifying))
+
+
 def prepare(mesh: TriangleMesh, view: View) -> PreparedMesh:
     """Working mesh of a cleaned mesh; the mesh itself if no step has anything to do.
 
@@ -177,9 +201,19 @@ def _simplify(mesh: TriangleMesh, parameters: Mapping[str, float]) -> _Outcome:
     return simplified.mesh, (*simplified.checked, sentence)
 
 
+def _smooth(mesh: TriangleMesh, parameters: Mapping[str, float]) -> _Outcome:
+    """Run the step "smooth"."""
+    return smooth(mesh, time=parameters["time"]), ()
+
+
 _STEPS: Mapping[str, Callable[[TriangleMesh, Mapping[str, float]], _Outcome]] = MappingProxyType(
-    {"close-loops": _close, "refine": _refine, "simplify": _simplify}
+    {"close-loops": _close, "refine": _refine, "simplify": _simplify, "smooth": _smooth}
 )
 _PARAMETERS: Mapping[str, str] = MappingProxyType(
-    {"close-loops": "minimum_quotient", "refine": "vertices", "simplify": "vertices"}
+    {
+        "close-loops": "minimum_quotient",
+        "refine": "vertices",
+        "simplify": "vertices",
+        "smooth": "time",
+    }
 )

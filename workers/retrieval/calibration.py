@@ -8,6 +8,9 @@ of two poses of one individual that follows from it. Nothing in it is random.
 from collections.abc import Mapping
 from types import MappingProxyType
 
+import numpy as np
+
+from workers.geometry.arrays import FloatArray
 from workers.retrieval.model import Model
 
 TYPICAL_DISTANCES: Mapping[str, Mapping[str, float]] = MappingProxyType(
@@ -63,6 +66,12 @@ TYPICAL_DISTANCES: Mapping[str, Mapping[str, float]] = MappingProxyType(
 )
 """Median distance between different species, by method and dissimilarity."""
 
+IMPOSTOR_SHARES = (
+    *(0.0001, 0.0002, 0.0005, 0.001, 0.002, 0.005, 0.01, 0.02, 0.05),
+    *(0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 0.95, 1.0),
+)
+"""Where the distances of impostor pairs are written down: closely where answers are decided."""
+
 
 def typical_distance(model: Model, dissimilarity: str | None = None) -> float:
     """Distance between two different kinds of creature under a model.
@@ -88,3 +97,30 @@ def typical_distance(model: Model, dissimilarity: str | None = None) -> float:
         if plain and measured is not None:
             return measured
     return sum(channel.weight for channel in model.channels) or 1.0
+
+
+def impostor_quantiles(distances: FloatArray) -> tuple[float, ...]:
+    """Distances below which `IMPOSTOR_SHARES` of the impostor pairs (i,) lie, to five digits."""
+    if len(distances) == 0:
+        return ()
+    found = np.quantile(distances, IMPOSTOR_SHARES)
+    return tuple(float(f"{distance:.5g}") for distance in found)
+
+
+def impostor_share(distances: FloatArray, quantiles: tuple[float, ...]) -> FloatArray:
+    """Share of impostor pairs that come closer than each distance, linear between quantiles.
+
+    Parameters
+    ----------
+    distances : (n,) float64
+    quantiles : tuple of float
+        Of `impostor_quantiles`.
+
+    Returns
+    -------
+    (n,) float64: 0 at distance 0, 1 from the farthest impostor on.
+    """
+    places = np.concatenate([[0.0], quantiles])
+    shares = np.concatenate([[0.0], IMPOSTOR_SHARES])
+    closer: FloatArray = np.interp(distances, places, shares)
+    return closer

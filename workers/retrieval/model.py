@@ -37,6 +37,8 @@ class Model:
         What its descriptors depend on.
     typical_distances : Mapping of str to float
         Median distance between different classes by dissimilarity, where it was measured.
+    impostor_quantiles : tuple of float
+        Distances below which `IMPOSTOR_SHARES` of the pairs of different shapes lay in training.
     """
 
     name: str
@@ -47,6 +49,7 @@ class Model:
     fusion_power: float = 1.0
     versions: Mapping[str, str] = field(default_factory=dict)
     typical_distances: Mapping[str, float] = field(default_factory=dict)
+    impostor_quantiles: tuple[float, ...] = ()
 
     def __post_init__(self) -> None:
         """Check that channels have names of their own and views that are there."""
@@ -93,6 +96,7 @@ class Model:
             "fusion": {"power": self.fusion_power},
             "versions": dict(self.versions),
             "typical_distances": dict(self.typical_distances),
+            "impostor_quantiles": list(self.impostor_quantiles),
         }
 
     @classmethod
@@ -108,6 +112,7 @@ class Model:
                 fusion_power=float(value["fusion"]["power"]),
                 versions=value["versions"],
                 typical_distances=value.get("typical_distances", {}),
+                impostor_quantiles=tuple(float(d) for d in value.get("impostor_quantiles", ())),
             )
         except (AttributeError, KeyError, TypeError, ValueError) as error:
             raise InvalidRequestError(f"the model cannot be read: {error!r}") from error

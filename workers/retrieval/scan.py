@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from workers.errors import InvalidRequestError
 from workers.geometry.arrays import Float32Array, FloatArray, IntArray
-from workers.retrieval.calibration import typical_distance
+from workers.retrieval.calibration import impostor_share, typical_distance
 from workers.retrieval.dissimilarity import Dissimilarity, find_dissimilarity
 from workers.retrieval.fusion import fuse
 from workers.retrieval.model import Model
@@ -97,11 +97,14 @@ def rank(distances: FloatArray, ids: Sequence[str], limit: int) -> IntArray:
 def similarity(
     distances: FloatArray, model: Model, *, dissimilarity: str | None = None
 ) -> FloatArray:
-    """Similarity 2^(-d/s) in [0, 1], of distances under a model.
+    """Similarity in [0, 1] of distances under a model: 1 is "equal".
 
-    s is the median distance between creatures of different species under this model and
-    dissimilarity (`calibration`), or for a model that was not calibrated its own scale: so 1 is
-    "equal", and 0.5 is "as far apart as two different kinds of creature usually are".
+    Of a bank it is 1 minus the share of impostor pairs (a copy, and a shape that it is no copy of)
+    that came closer in training. Of any other model, or under a dissimilarity that the bank was
+    not calibrated for, it is 2^(-d/s), where s is the median distance between creatures of
+    different species under this model and dissimilarity (`calibration`), or for a model that was
+    not calibrated its own scale: so 0.5 is "as far apart as two different kinds of creature
+    usually are".
 
     Parameters
     ----------
@@ -115,6 +118,8 @@ def similarity(
     -------
     (n,) float64
     """
+    if model.impostor_quantiles and dissimilarity is None:
+        return 1.0 - impostor_share(distances, model.impostor_quantiles)
     scale = typical_distance(model, dissimilarity)
     similar: FloatArray = np.exp2(-np.asarray(distances, dtype=np.float64) / scale)
     return similar

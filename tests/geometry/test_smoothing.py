@@ -1,0 +1,61 @@
+"""Implicit smoothing: a closed form, invariances, and what it is for."""
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+from tests.meshes import bumpy_sphere, icosphere, renumbered, rotated, scaled, translated
+from workers.errors import InvalidRequestError
+from workers.geometry.mesh import TriangleMesh
+from workers.geometry.smoothing import smooth
+
+TIME = 1e-3
+
+
+def test_a_sphere_shrinks_as_its_coordinates_are_eigenfunctions() -> None:
+    # λ = 2 at radius 1, area 4π: each coordinate is divided by 1 + 2 · 4π · t
+    sphere = icosphere(4)
+    shrunk = smooth(sphere, time=TIME)
+    expected = sphere.vertices / (1.0 + 8.0 * np.pi * TIME)
+    assert_allclose(shrunk.vertices, expected, atol=5e-4)  # discretisation error of this mesh
+
+
+def test_noise_goes_and_the_shape_stays() -> None:
+    sphere = icosphere(4)
+    rng = np.random.default_rng(0)
+    noise = 1.0 + 0.03 * rng.normal(size=(sphere.n_vertices, 1))
+    noisy = TriangleMesh(sphere.vertices * noise, sphere.faces)
+    radii = np.linalg.norm(smooth(noisy, time=TIME).vertices, axis=1)
+    assert np.std(radii) < 0.3 * 0.03
+    assert radii.mean() == pytest.approx(1.0, abs=0.05)
+
+
+def test_it_does_not_see_unit_place_or_numbering() -> None:
+    mesh = bumpy_sphere(3)
+    rng = np.random.default_rng(1)
+    smoothed = smooth(mesh, time=TIME)
+    assert_allclose(
+        smooth(scaled(mesh, 1e3), time=TIME).vertices, 1e3 * smoothed.vertices, rtol=1e-9
+    )
+    moved = smooth(translated(mesh, (5.0, -3.0, 1.0)), time=TIME)
+    assert_allclose(moved.vertices, translated(smoothed, (5.0, -3.0, 1.0)).vertices, atol=1e-12)
+    turned = smooth(rotated(mesh, np.random.default_rng(2)), time=TIME)
+    assert_allclose(
+        turned.vertices, rotated(smoothed, np.random.default_rng(2)).vertices, atol=1e-12
+    )
+    shuffled, order = renumbered(mesh, rng)
+    found = smooth(shuffled, time=TIME).vertices
+    distances = np.linalg.norm(found[:, None] - smoothed.vertices[None], axis=2)
+    assert distances.min(axis=1).max() < 1e-12
+    assert len(order) == mesh.n_vertices
+
+
+def test_nothing_happens_in_no_time() -> None:
+    mesh = bumpy_sphere(2)
+    assert smooth(mesh, time=0.0) is mesh
+
+
+@pytest.mark.parametrize("time", [-1e-4, np.nan, np.inf])
+def test_times_that_are_none_are_refused(time: float) -> None:
+    with pytest.raises(InvalidRequestError, match="smoothing time"):
+        smooth(icosphere(1), time=time)

@@ -1,0 +1,44 @@
+"""Made-up descriptors of shapes and copies, under channels that tell them apart or do not."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from workers.geometry.preparation import default_view
+from workers.retrieval.bank_shapes import BankShapes
+from workers.retrieval.candidates import candidate_model
+from workers.retrieval.model import Model
+
+N_CHANNELS = 8
+
+
+def few_candidates() -> Model:
+    """The first channels under the default view, and the area."""
+    model = candidate_model([default_view()], power=0.25)
+    return replace(model, channels=(*model.channels[: N_CHANNELS - 1], model.channels[-1]))
+
+
+def bank_shapes(
+    *, groups: int = 8, members: int = 3, telling: tuple[int, ...] = (0, 1), noise: float = 0.15
+) -> BankShapes:
+    """Shapes whose copies keep the channels of ``telling`` nearly, and lose all others."""
+    rng = np.random.default_rng(0)
+    model = few_candidates()
+    n, d = groups * members, model.dimension
+    references = rng.normal(size=(n, d))
+    kept = np.zeros(d, dtype=np.bool_)
+    for channel in telling:
+        kept[list(model.slices.values())[channel]] = True
+    truth = np.repeat(np.arange(n), 4)
+    changes = rng.normal(size=(len(truth), d))
+    queries = np.where(kept, references[truth] + noise * changes, changes)
+    return BankShapes(
+        references=references.astype(np.float32),
+        groups=tuple(f"group {i // members}" for i in range(n)),
+        names=tuple(f"shape {i}" for i in range(n)),
+        lenient=(False,) * n,
+        queries=queries.astype(np.float32),
+        truth=truth,
+        transformations=("noise", "holes") * (len(truth) // 2),
+        strengths=(1, 1, 3, 3) * n,
+    )

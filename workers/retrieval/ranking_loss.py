@@ -1,0 +1,127 @@
+"""Weights of channels by a ranking loss: every query's own reference before all others."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.optimize import minimize
+
+from workers.geometry.arrays import BoolArray, Float32Array, FloatArray, IntArray
+
+RIDGE = 0.01  # on the weights' squared distance from even ones, which hold on other shapes too
+SHRINKAGE = 1e-4  # on their squares: keeps them finite where every query is first already
+MOST_STEPS = 300
+
+
+@dataclass(frozen=True, eq=False)
+class RankingTerms:
+    """What the fused distance is the weighted sum of.
+
+    Attributes
+    ----------
+    terms : (c, q, g) float32
+        (D/s)^p of every channel, from every query to every reference.
+    truth : (q,) int64
+        Each query's own reference.
+    excluded : (q, g) bool
+        References that are no impostors of a query though they are not its own.
+    importance : (q,) float64
+        Share of each query in the loss; the sum is 1.
+    """
+
+    terms: Float32Array
+    truth: IntArray
+    excluded: BoolArray
+    importance: FloatArray
+
+    @property
+    def n_channels(self) -> int:
+        """Number of channels, c."""
+        return len(self.terms)
+
+    def channels(self, chosen: IntArray) -> "RankingTerms":
+        """Only these channels."""
+        return RankingTerms(self.terms[chosen], self.truth, self.excluded, self.importance)
+
+    def queries(self, chosen: IntArray) -> "RankingTerms":
+        """Only these queries, in equal shares of what they had."""
+        importance = self.importance[chosen]
+        return RankingTerms(
+            np.ascontiguousarray(self.terms[:, chosen]),
+            self.truth[chosen],
+            self.excluded[chosen],
+            importance / importance.sum(),
+        )
+
+    def distances(self, weights: FloatArray) -> FloatArray:
+        """Fused distances Σ w (D/s)^p, (q, g), infinite to excluded references."""
+        flat = self.terms.reshape(self.n_channels, -1)
+        fused = (weights.astype(np.float32) @ flat).astype(np.float64)  # (q g)
+        fused = fused.reshape(self.excluded.shape)
+        return np.where(self.excluded, np.inf, fused)
+
+
+def ranking_loss(terms: RankingTerms, weights: FloatArray) -> float:
+    """Mean over queries of -ln of the softmax share exp(-d) that falls on their own reference."""
+    return _loss_of(terms, terms.distances(weights))
+
+
+def ranks(terms: RankingTerms, weights: FloatArray) -> IntArray:
+    """Place of every query's own reference, (q,), from 1; whoever is level counts as before it."""
+    fused = terms.distances(weights)
+    own = np.take_along_axis(fused, terms.truth[:, None], axis=1)  # (q, 1)
+    places: IntArray = np.count_nonzero(fused <= own, axis=1).astype(np.int64)
+    return places
+
+
+def learn_weights(terms: RankingTerms, start: FloatArray, *, ridge: float = RIDGE) -> FloatArray:
+    """Weights >= 0 that minimise the loss and are not far from even; the problem is convex.
+
+    Shapes that weights are learned on are never quite like those they are used on: what has not
+    been seen to help counts as much as the rest.
+
+    Parameters
+    ----------
+    terms : RankingTerms
+    start : (c,) float64
+        Where to begin.
+    ridge : float
+        Of the squared distance of the weights from even ones.
+
+    Returns
+    -------
+    (c,) float64, not negative; their sum says how sharp the softmax is.
+    """
+    flat = terms.terms.reshape(terms.n_channels, -1)
+    places = np.arange(len(terms.truth))
+    own = terms.terms[:, places, terms.truth].astype(np.float64)  # (c, q)
+    of_own = own @ terms.importance  # (c,)
+
+    def value_and_gradient(weights: FloatArray) -> tuple[float, FloatArray]:
+        fused = terms.distances(weights)
+        uneven = weights - weights.mean()
+        loss = _loss_of(terms, fused) + ridge * float(uneven @ uneven)
+        loss += SHRINKAGE * float(weights @ weights)
+        nearest = fused.min(axis=1, keepdims=True)
+        shares = np.exp(nearest - fused)  # (q, g)
+        shares *= (terms.importance / shares.sum(axis=1))[:, None]
+        expected = flat @ shares.astype(np.float32).ravel()  # (c,)
+        return loss, of_own - expected + 2.0 * (ridge * uneven + SHRINKAGE * weights)
+
+    found = minimize(
+        value_and_gradient,
+        start,
+        jac=True,
+        method="L-BFGS-B",
+        bounds=[(0.0, None)] * terms.n_channels,
+        options={"maxiter": MOST_STEPS, "ftol": 1e-7},
+    )
+    weights: FloatArray = np.maximum(found.x, 0.0)
+    return weights
+
+
+def _loss_of(terms: RankingTerms, fused: FloatArray) -> float:
+    """Loss of fused distances (q, g)."""
+    nearest = fused.min(axis=1)  # (q,)
+    own = fused[np.arange(len(fused)), terms.truth]
+    total = np.log(np.exp(nearest[:, None] - fused).sum(axis=1)) - nearest
+    return float(terms.importance @ (own + total))
