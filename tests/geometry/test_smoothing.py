@@ -33,29 +33,58 @@ def test_noise_goes_and_the_shape_stays() -> None:
 def test_it_does_not_see_unit_place_or_numbering() -> None:
     mesh = bumpy_sphere(3)
     rng = np.random.default_rng(1)
-    smoothed = smooth(mesh, time=TIME)
+    smoothed = smooth(mesh, time=TIME, steps=2)
     assert_allclose(
-        smooth(scaled(mesh, 1e3), time=TIME).vertices, 1e3 * smoothed.vertices, rtol=1e-9
+        smooth(scaled(mesh, 1e3), time=TIME, steps=2).vertices, 1e3 * smoothed.vertices, rtol=1e-9
     )
-    moved = smooth(translated(mesh, (5.0, -3.0, 1.0)), time=TIME)
+    moved = smooth(translated(mesh, (5.0, -3.0, 1.0)), time=TIME, steps=2)
     assert_allclose(moved.vertices, translated(smoothed, (5.0, -3.0, 1.0)).vertices, atol=1e-12)
-    turned = smooth(rotated(mesh, np.random.default_rng(2)), time=TIME)
+    turned = smooth(rotated(mesh, np.random.default_rng(2)), time=TIME, steps=2)
     assert_allclose(
         turned.vertices, rotated(smoothed, np.random.default_rng(2)).vertices, atol=1e-12
     )
     shuffled, order = renumbered(mesh, rng)
-    found = smooth(shuffled, time=TIME).vertices
+    found = smooth(shuffled, time=TIME, steps=2).vertices
     distances = np.linalg.norm(found[:, None] - smoothed.vertices[None], axis=2)
     assert distances.min(axis=1).max() < 1e-12
     assert len(order) == mesh.n_vertices
 
 
+def test_a_sphere_stays_one_through_many_steps() -> None:
+    radii = np.linalg.norm(smooth(icosphere(3), time=0.01, steps=20).vertices, axis=1)
+    assert np.ptp(radii) < 0.01 * radii.mean()
+
+
+def test_fingers_go_before_the_hand() -> None:
+    sphere = icosphere(4)
+    top = sphere.vertices[:, 2] > 0.99
+    spiked = TriangleMesh(sphere.vertices * np.where(top, 2.0, 1.0)[:, None], sphere.faces)
+    heights = []
+    for steps in (0, 10, 20):
+        places = smooth(spiked, time=1e-3, steps=steps).vertices
+        heights.append(places[:, 2].max() / np.linalg.norm(places[~top], axis=1).mean())
+    assert heights[0] == pytest.approx(2.0, abs=0.01)
+    assert heights[0] - 0.1 > heights[1] > 1.3 > heights[2] > 1.0
+
+
+def test_thin_parts_do_not_tear() -> None:
+    thin = TriangleMesh(
+        bumpy_sphere(3).vertices * np.array([1.0, 1.0, 0.02]), bumpy_sphere(3).faces
+    )
+    flowed = smooth(thin, time=3e-3, steps=10)
+    assert np.isfinite(flowed.vertices).all()
+    assert flowed.area > 0.0
+
+
 def test_nothing_happens_in_no_time() -> None:
     mesh = bumpy_sphere(2)
     assert smooth(mesh, time=0.0) is mesh
+    assert smooth(mesh, time=TIME, steps=0) is mesh
 
 
 @pytest.mark.parametrize("time", [-1e-4, np.nan, np.inf])
 def test_times_that_are_none_are_refused(time: float) -> None:
     with pytest.raises(InvalidRequestError, match="smoothing time"):
         smooth(icosphere(1), time=time)
+    with pytest.raises(InvalidRequestError, match="steps are -1"):
+        smooth(icosphere(1), time=TIME, steps=-1)

@@ -40,16 +40,17 @@ class Step:
             raise InvalidRequestError(
                 f"there is no preparation step {self.name!r}; expected one of {[*_PARAMETERS]}"
             )
-        if set(self.parameters) != {expected}:
+        if set(self.parameters) != set(expected):
             raise InvalidRequestError(
-                f"step {self.name!r} takes {expected!r}, but was given {sorted(self.parameters)}"
+                f"step {self.name!r} takes {' and '.join(map(repr, expected))}, "
+                f"but was given {sorted(self.parameters)}"
             )
-        value = self.parameters[expected]
-        if isinstance(value, bool) or not isinstance(value, int | float) or not value >= 0:
-            raise InvalidRequestError(
-                f"{expected!r} of step {self.name!r} is {value!r}; expected a number from 0"
-            )
-        frozen = MappingProxyType({expected: float(value)})
+        for key, value in self.parameters.items():
+            if isinstance(value, bool) or not isinstance(value, int | float) or not value >= 0:
+                raise InvalidRequestError(
+                    f"{key!r} of step {self.name!r} is {value!r}; expected a number from 0"
+                )
+        frozen = MappingProxyType({key: float(self.parameters[key]) for key in expected})
         object.__setattr__(self, "parameters", frozen)
 
     def __hash__(self) -> int:
@@ -144,7 +145,7 @@ def named_view(name: str, *, working_vertices: int = 5000) -> View:
     closing = Step("close-loops", {"minimum_quotient": MINIMUM_QUOTIENT})
     first = () if name == "smooth-open" else (closing,)
     refining, simplifying = _sizing(min(working_vertices, SMOOTHED_VERTICES))
-    smoothing = Step("smooth", {"time": SMOOTHING_TIME})
+    smoothing = Step("smooth", {"time": SMOOTHING_TIME, "steps": 1})
     return View(name, (*first, refining, smoothing, simplifying))
 
 
@@ -203,17 +204,17 @@ def _simplify(mesh: TriangleMesh, parameters: Mapping[str, float]) -> _Outcome:
 
 def _smooth(mesh: TriangleMesh, parameters: Mapping[str, float]) -> _Outcome:
     """Run the step "smooth"."""
-    return smooth(mesh, time=parameters["time"]), ()
+    return smooth(mesh, time=parameters["time"], steps=int(parameters["steps"])), ()
 
 
 _STEPS: Mapping[str, Callable[[TriangleMesh, Mapping[str, float]], _Outcome]] = MappingProxyType(
     {"close-loops": _close, "refine": _refine, "simplify": _simplify, "smooth": _smooth}
 )
-_PARAMETERS: Mapping[str, str] = MappingProxyType(
+_PARAMETERS: Mapping[str, tuple[str, ...]] = MappingProxyType(
     {
-        "close-loops": "minimum_quotient",
-        "refine": "vertices",
-        "simplify": "vertices",
-        "smooth": "time",
+        "close-loops": ("minimum_quotient",),
+        "refine": ("vertices",),
+        "simplify": ("vertices",),
+        "smooth": ("time", "steps"),
     }
 )
