@@ -170,3 +170,13 @@ def test_a_vertex_of_too_many_faces_is_not_given_to_the_simplifier() -> None:
     simplified = simplify(cone, vertices=1000)
     assert simplified.mesh is cone
     assert simplified.checked == ("not simplified: a vertex has too many faces",)
+
+
+def test_a_part_so_small_that_rounding_flattens_it_does_no_harm() -> None:
+    sphere = bumpy_sphere(4)
+    part = sphere.vertices[:, 2] > 0.95 * sphere.vertices[:, 2].max()
+    centre = sphere.vertices[part].mean(axis=0)
+    shrunk = centre + 1e-8 * (sphere.vertices - centre)
+    mesh = TriangleMesh(np.where(part[:, None], shrunk, sphere.vertices), sphere.faces)
+    assert part.sum() > 20
+    assert simplify(mesh, vertices=1200).mesh.n_vertices < 1500

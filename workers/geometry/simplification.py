@@ -78,6 +78,7 @@ def simplify(mesh: TriangleMesh, *, vertices: int) -> Simplified:
     frame = canonical_frame(mesh)
     canonical = TriangleMesh(rounded(frame.enter(mesh.vertices)), mesh.faces)
     canonical = reordered(canonical, canonical_order(mesh, frame), mirrored=frame.mirrored)
+    canonical = without_useless_faces(canonical)  # rounding can flatten the thinnest
     found, notes = _first_sound(canonical, vertices)
     if found is canonical:
         return Simplified(mesh, notes)
