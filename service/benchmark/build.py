@@ -29,6 +29,7 @@ from service.benchmark.plan import (
     near_twins,
     plan_shapes,
 )
+from service.benchmark.sources import MeshFile
 from workers.errors import InvalidRequestError
 from workers.geometry.creatures import CREATURES_VERSION
 from workers.geometry.transformations import TRANSFORMATION_VERSION
@@ -211,7 +212,9 @@ def _result(
             for name in item.names:
                 (out / name).unlink(missing_ok=True)
     made = [item for item in work if item.shape.label not in failures]
-    left_out = sorted({pair for outcome in outcomes for pair in outcome.left_out})
+    left_out = sorted(
+        {pair for outcome in outcomes for pair in outcome.left_out} | set(_same_again(shapes))
+    )
     nulls = [item.shape for item in made if item.transformation == NULL]
     return {
         "files": sorted(name for item in made for name in item.names),
@@ -227,6 +230,14 @@ def _result(
             for species, count in near_twins(shapes).items()
         ],
     }
+
+
+def _same_again(shapes: Sequence[ShapePlan]) -> Iterator[tuple[str, str]]:
+    """Files that are a query class in another pose, with the reason why they are left out."""
+    for shape in shapes:
+        if shape.same_as and isinstance(shape.source, MeshFile):
+            reason = f"its vertices are connected as those of {shape.same_as}: the same shape"
+            yield shape.source.name, reason
 
 
 def _failures(

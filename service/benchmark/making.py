@@ -66,6 +66,8 @@ def plan_work(shapes: Sequence[ShapePlan], options: BenchmarkOptions) -> list[Wo
     """Return all pieces of work, those of one shape one after the other."""
     work = []
     for shape in shapes:
+        if shape.same_as:
+            continue
         work.append(Work(shape, NULL, (0,)))
         if shape.is_query:
             work += [Work(shape, name, options.strengths) for name in options.transformations]

@@ -1,5 +1,6 @@
 """What a benchmark consists of, before any of it is made."""
 
+import contextlib
 import hashlib
 from collections import Counter
 from collections.abc import Iterator, Sequence
@@ -8,14 +9,14 @@ from pathlib import Path
 from typing import Any, Literal
 
 from service.benchmark.folders import find_distractors, find_nulls, find_poses, unique_label
-from service.benchmark.sources import CreatureMesh, MeshFile, Source
-from workers.errors import InvalidRequestError
+from service.benchmark.sources import CreatureMesh, MeshFile, Source, connectivity
+from workers.errors import InvalidRequestError, ProteusError
 from workers.geometry.creatures import TESTED_SPECIES
 from workers.geometry.transformations import PAPER_TRANSFORMATIONS, STRENGTHS, TRANSFORMATIONS
 
 Normalisation = Literal["none", "area"]
 NULL = "null"
-BENCHMARK_VERSION = "1"
+BENCHMARK_VERSION = "2"
 """Part of the manifest: raised when the same sources give other files."""
 COMMON_AREA = 2.4
 """Area that shapes are brought to by ``area``: the mean of the built-in creatures', so that
@@ -100,12 +101,16 @@ class ShapePlan:
         Candidates; those of another number of vertices are left out when they are read.
     is_query : bool
         Whether transformed copies of it are asked with; otherwise it only stands among the others.
+    same_as : str
+        Label of the query class whose mesh this is in another pose: it would be a right answer that
+        counts as wrong, and is left out. Empty for all others.
     """
 
     label: str
     source: Source
     poses: tuple[MeshFile, ...] = ()
     is_query: bool = True
+    same_as: str = ""
 
     def to_json(self) -> dict[str, Any]:
         """Return it as it stands in the manifest."""
@@ -114,6 +119,8 @@ class ShapePlan:
             "role": "query" if self.is_query else "distractor",
             "source": self.source.to_json(),
         }
+        if self.same_as:
+            told["same_as"] = self.same_as
         return told | ({"poses": [p.to_json() for p in self.poses]} if self.poses else {})
 
 
@@ -135,10 +142,20 @@ def plan_shapes(options: BenchmarkOptions) -> tuple[ShapePlan, ...]:
     others: list[tuple[str, Source]] = []
     others += find_distractors(options.distractors) if options.distractors else []
     others += _other_creatures(options)
+    known = {_connectivity(shape.source): label for label, shape in shapes.items()}
     for name, source in others:
         label = unique_label(name, shapes)
-        shapes[label] = ShapePlan(label, source, is_query=False)
+        same_as = known.get(_connectivity(source), "")
+        shapes[label] = ShapePlan(label, source, is_query=False, same_as=same_as)
     return tuple(shapes.values())
+
+
+def _connectivity(source: Source) -> str:
+    """Digest of a file's connectivity; a creature, or what cannot be read, is like nothing else."""
+    if isinstance(source, MeshFile):
+        with contextlib.suppress(ProteusError):
+            return connectivity(source)
+    return repr(source)
 
 
 def _query_creatures(options: BenchmarkOptions) -> Iterator[tuple[str, CreatureMesh]]:

@@ -206,3 +206,22 @@ def test_creatures_are_of_the_species_that_training_leaves_and_distractors_are_n
 def test_options_that_make_no_sense_are_refused(wrong: dict[str, object], reason: str) -> None:
     with pytest.raises(InvalidRequestError, match=reason):
         BenchmarkOptions(**wrong)  # type: ignore[arg-type]
+
+
+def test_a_distractor_that_is_a_query_class_in_another_pose_is_left_out(
+    zoo: Path, tmp_path: Path
+) -> None:
+    others = tmp_path / "others"
+    others.mkdir()
+    creature = make_creature("worm", seed=1, vertices=2000)
+    order = np.random.default_rng(0).permutation(creature.rest.n_vertices)
+    posed, place = creature.posed(9), np.argsort(order)
+    shuffled = TriangleMesh(posed.vertices[order], place[posed.faces])
+    (others / "toy.ply").write_bytes(write(shuffled, "ply"))
+    stranger = make_creature("worm", seed=2, vertices=2000).rest
+    (others / "stranger.ply").write_bytes(write(stranger, "ply"))
+    built = build_benchmark(tiny(zoo, distractors=others), tmp_path / "out", processes=1)
+    assert built.manifest["counts"]["distractors"] == 1
+    assert not (tmp_path / "out" / "toy.null.0.ply").exists()
+    (reason,) = [one["reason"] for one in built.manifest["left_out"] if one["file"] == "toy.ply"]
+    assert "connected as those of worm" in reason
