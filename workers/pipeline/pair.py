@@ -3,7 +3,6 @@
 import hashlib
 import json
 from dataclasses import dataclass
-from functools import lru_cache
 
 import numpy as np
 
@@ -18,18 +17,17 @@ from workers.errors import (
 )
 from workers.geometry.arrays import IntArray
 from workers.geometry.cleaning import clean
-from workers.geometry.creatures import Creature, make_creature
 from workers.geometry.mesh import TriangleMesh
 from workers.geometry.solution import Solution
 from workers.geometry.transformations import transform
 from workers.pipeline.correspondence import Solved, corresponding_points
-from workers.pipeline.solve import parse_upload, read_mesh, solve_view
+from workers.pipeline.solve import parse_upload, solve_view
+from workers.pipeline.training_meshes import load_creature, load_stored
 from workers.pipeline.training_pairs import CreatureSource, Pair, Simulation, StoredSource
 from workers.pipeline.workbench import Workbench
 from workers.storage.arrays import pack, unpack
 from workers.storage.blobs import pair_failure_key, pair_key
 from workers.storage.parts import Claim, Failure, finish_part, report_failures
-from workers.storage.solutions import load_cleaned
 
 OWN_REASONS = (
     InsufficientTrainingDataError,
@@ -119,15 +117,10 @@ def _original(bench: Workbench, pair: Pair) -> _Shape:
     """Shape X of a pair."""
     source = pair.source
     if isinstance(source, CreatureSource):
-        return _made(_creature(source).rest)
+        return _made(load_creature(source).rest)
     if isinstance(pair.change, StoredSource):
         return _uploaded(bench, source)
-    try:
-        mesh = load_cleaned(bench.blobs, source.sha256)
-    except BlobNotFoundError:
-        mesh = read_mesh(
-            bench.blobs, source.sha256, filename=source.name, settings=bench.settings
-        ).mesh
+    mesh = load_stored(bench, source)
     return _Shape(mesh, mesh, source.sha256)
 
 
@@ -156,12 +149,7 @@ def _pose(source: CreatureSource | StoredSource, change: Simulation) -> Triangle
     """Pose of a creature, the farther from rest the stronger the transformation."""
     if change.pose is None or not isinstance(source, CreatureSource):
         return None
-    return _creature(source).posed(change.pose, strength=change.strength / 5)
-
-
-@lru_cache(maxsize=2)
-def _creature(source: CreatureSource) -> Creature:
-    return make_creature(source.species, seed=source.seed, vertices=source.vertices)
+    return load_creature(source).posed(change.pose, strength=change.strength / 5)
 
 
 def _made(mesh: TriangleMesh) -> _Shape:

@@ -1,14 +1,9 @@
 """The end of a training: from the moments of all pairs to a model."""
 
 import json
-import time
 from collections import Counter
-from collections.abc import Sequence, Set
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
-
-from sqlalchemy import func, select
-from sqlalchemy.orm import Session
 
 from workers.diffusion.learning import learn_kernel
 from workers.diffusion.learning_options import LearningOptions
@@ -16,16 +11,15 @@ from workers.errors import (
     BlobNotFoundError,
     InsufficientTrainingDataError,
     KernelDomainError,
-    ModelNotReadyError,
 )
 from workers.pipeline.pair import Learnt, load_pair
 from workers.pipeline.plans import fit_part
 from workers.pipeline.training_pairs import VERSIONS, Pair
+from workers.pipeline.training_parts import compute_again, ended_payloads
 from workers.pipeline.workbench import Workbench
 from workers.retrieval.learned import calibrated, learned_model
 from workers.retrieval.model import Model
-from workers.storage.jobs import OPEN, part_to_json
-from workers.storage.models import Json, Part, TrainedModel
+from workers.storage.models import Json, TrainedModel
 from workers.storage.parts import Claim, Failure, finish_part, hold_lease
 from workers.storage.solutions import load_solution
 from workers.storage.trained_models import READY, get_training
@@ -69,14 +63,15 @@ def fit(bench: Workbench, claim: Claim) -> None:
         The model was deleted.
     """
     name = claim.payload["model"]
-    pairs = _ended_pairs(bench, claim)
-    if pairs is None:
+    payloads = ended_payloads(bench, claim, "pair", fit_part(name))
+    if payloads is None:
         return
+    pairs = [Pair.from_payload(payload) for payload in payloads]
     with bench.database.read() as session:
         asked = get_training(session, name, job_id=claim.job_id)
     material = _load(bench, pairs)
     if material.missing:
-        _compute_again(bench, claim, material.missing)
+        compute_again(bench, claim, "pair", material.missing, fit_part(name))
         return
     definition = _definition(bench, asked, material)
     with bench.database.begin() as session:
@@ -85,35 +80,6 @@ def fit(bench: Workbench, claim: Claim) -> None:
         row.definition, row.state = definition, READY
         parts = finish_part(session, claim)
     bench.send(parts)
-
-
-def _ended_pairs(bench: Workbench, claim: Claim) -> list[Pair] | None:
-    """Pairs of the job in the order of the plan; None, and comes again, while one is open."""
-    with bench.database.begin() as session:
-        job = hold_lease(session, claim)
-        states = _states(session, claim.job_id)
-        if any(states.get(state) for state in OPEN):
-            job.finale = part_to_json(fit_part(claim.payload["model"]))
-            finish_part(session, claim)  # sends nothing: pairs are open
-            return None
-        rows = session.scalars(_pairs_of(claim.job_id).with_only_columns(Part.payload)).all()
-    lost = sum(states.values()) - states.get("succeeded", 0)
-    if lost:
-        raise ModelNotReadyError(
-            f"{lost} of {len(rows)} pairs were not computed, so nothing is learned from the "
-            "others; retry the job"
-        )
-    return sorted((Pair.from_payload(row) for row in rows), key=lambda pair: pair.number)
-
-
-def _pairs_of(job_id: str) -> Any:
-    return select(Part).where(Part.job_id == job_id, Part.kind == "pair")
-
-
-def _states(session: Session, job_id: str) -> dict[str, int]:
-    """How many pairs of a job are in which state."""
-    counted = _pairs_of(job_id).with_only_columns(Part.state, func.count()).group_by(Part.state)
-    return {state: count for state, count in session.execute(counted)}
 
 
 def _load(bench: Workbench, planned: Sequence[Pair]) -> Material:
@@ -134,20 +100,6 @@ def _load(bench: Workbench, planned: Sequence[Pair]) -> Material:
             pairs.append(pair)
             learnt.append(found)
     return Material(pairs, learnt, failures, frozenset(missing))
-
-
-def _compute_again(bench: Workbench, claim: Claim, numbers: Set[int]) -> None:
-    """Queue pairs once more, up to their last attempt, and this after them."""
-    with bench.database.begin() as session:
-        job = hold_lease(session, claim)
-        pairs = session.scalars(_pairs_of(claim.job_id).order_by(Part.id).with_for_update())
-        again = [part for part in pairs if part.payload["number"] in numbers]
-        for part in again:
-            part.state, part.sent_at = "queued", time.time()
-            job.done -= part.weight
-        job.finale = part_to_json(fit_part(claim.payload["model"]))
-        finish_part(session, claim)
-    bench.send(again)
 
 
 def _definition(bench: Workbench, asked: TrainedModel, material: Material) -> Json:
