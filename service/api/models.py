@@ -9,14 +9,16 @@ from service.openapi import job_answers, problems
 from service.schemas.jobs import answer_job
 from service.schemas.models import ModelAnswer, answer_model
 from service.schemas.pages import PageAnswer, answer_page
-from service.schemas.training import ModelAccepted, NewModel, Trained, Untrained
+from service.schemas.training import Learned, ModelAccepted, NewBank, NewModel, Untrained
 from service.security import ADMINISTERS, READS, WRITES
 from service.waiting import hold_on
-from workers.geometry.preparation import View, default_view, open_view
+from workers.geometry.preparation import View, named_view
+from workers.pipeline.bank_plan import plan_variants
 from workers.pipeline.plans import add_untrained, plan_training
 from workers.pipeline.solve import parse_upload
 from workers.pipeline.training_pairs import Pair, StoredSource
 from workers.pipeline.training_plan import plan_pairs
+from workers.pipeline.training_variants import Variant
 from workers.retrieval.untrained import untrained_model
 from workers.storage.models import Job
 from workers.storage.trained_models import (
@@ -50,13 +52,18 @@ def list_all(page: PageDep, services: ServicesDep) -> PageAnswer[ModelAnswer]:
 async def create(
     body: NewModel, services: ServicesDep, response: Response, wait: Wait = 0
 ) -> ModelAccepted:
-    """Make a model that is ready at once, or have a kernel learned.
+    """Make a model that is ready at once, or have a kernel or a bank of them learned.
 
     The methods `spline`, `grid` and `heat-time` learn from pairs of shapes, of which one is a
     transformation of the other: each shape is solved, transformed and solved again, and the kernel
-    is found that changes least under the transformations for what it tells shapes apart. A pair
-    that fails is named in the job's errors, and the rest goes on. The same request gives the same
-    model, bit for bit; what was solved before is not solved again.
+    is found that changes least under the transformations for what it tells shapes apart.
+
+    The method `bank` learns from shapes and their transformed copies: each is described under many
+    candidate channels, and those are chosen and weighted under which a copy finds its own shape
+    before all others. It needs neither labels nor correspondences.
+
+    What fails is named in the job's errors, and the rest goes on. The same request gives the same
+    model, bit for bit; what was computed before is not computed again.
     """
     job = await run_in_threadpool(_make, services, body)
     job = await hold_on(services.database, job.id, wait)
@@ -91,29 +98,33 @@ def _make(services: Services, body: NewModel) -> Job:
     """Check and plan, rows, commit, dispatch."""
     asked = body.root
     parameters = asked.parameters.model_dump()
-    make_view = open_view if asked.parameters.view == "open" else default_view
-    view = make_view(working_vertices=services.settings.working_vertices)
     if isinstance(asked, Untrained):
+        view = _view(services, asked.parameters.view)
         model = untrained_model(asked.name, asked.method, parameters, view=view)
         with services.database.begin() as session:
             return add_untrained(session, model)
-    request = asked.training.to_request()
-    pairs = _plan(services, asked, view)
+    pairs = [] if isinstance(asked, NewBank) else _pairs(services, asked)
+    variants = _variants(services, asked) if isinstance(asked, NewBank) else []
     with services.database.begin() as session:
         job, parts = plan_training(
             session,
             name=asked.name,
             method=asked.method,
             parameters=parameters,
-            training=request.to_json(),
+            training=asked.training.to_request().to_json(),
             pairs=pairs,
+            variants=variants,
         )
     services.dispatcher.send(parts)
     return job
 
 
-def _plan(services: Services, asked: Trained, view: View) -> list[Pair]:
-    """Plan what to learn from, while others may write."""
+def _view(services: Services, name: str) -> View:
+    return named_view(name, working_vertices=services.settings.working_vertices)
+
+
+def _pairs(services: Services, asked: Learned) -> list[Pair]:
+    """Plan what a kernel is learned from, while others may write."""
 
     def count_vertices(source: StoredSource) -> int:
         name = source.name
@@ -127,10 +138,22 @@ def _plan(services: Services, asked: Trained, view: View) -> list[Pair]:
         return plan_pairs(
             session,
             asked.training.to_request(),
-            view=view,
+            view=_view(services, asked.parameters.view),
             criterion=asked.parameters.criterion,
             working_vertices=services.settings.working_vertices,
             count_vertices=count_vertices,
+        )
+
+
+def _variants(services: Services, asked: NewBank) -> list[Variant]:
+    """Plan what a bank is learned from, while others may write."""
+    with services.database.read() as session:
+        require_free_name(session, asked.name)
+        return plan_variants(
+            session,
+            asked.training.to_request(),
+            views=[_view(services, name) for name in asked.parameters.views],
+            working_vertices=services.settings.working_vertices,
         )
 
 

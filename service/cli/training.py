@@ -7,8 +7,9 @@ from typing import Annotated, Any
 import typer
 from rich.table import Table
 
+from service.cli.bank import show_bank
 from service.cli.connection import Session, connected
-from service.cli.console import cell, facts_table, make_table
+from service.cli.console import CommandError, Output, cell, facts_table, make_table
 from service.cli.waiting import demand_success, errors_table, wait_for_job
 from service.client import Document
 
@@ -31,20 +32,23 @@ class Method(StrEnum):
     SPLINE = "spline"
     GRID = "grid"
     HEAT_TIME = "heat-time"
+    BANK = "bank"
     HEAT = "heat"
     COMMUTE_TIME = "commute-time"
     BIHARMONIC = "biharmonic"
     SHAPE_DNA = "shape-dna"
 
 
-LEARNED = (Method.SPLINE, Method.GRID, Method.HEAT_TIME)
+LEARNED = (Method.SPLINE, Method.GRID, Method.HEAT_TIME, Method.BANK)
 
 
 @connected
 def train(
     session: Session,
     name: Annotated[str, typer.Argument(metavar="NAME", show_default=False)],
-    method: Annotated[Method, typer.Option(help="How K² is written.")] = Method.SPLINE,
+    method: Annotated[
+        Method, typer.Option(help="How K² is written, or bank: several channels.")
+    ] = Method.SPLINE,
     collection: Annotated[
         str, typer.Option("--collection", "-c", help="Learn from it. Default: creatures.")
     ] = "",
@@ -63,27 +67,39 @@ def train(
         str, typer.Option(help="simulated, or vertex-order: files of a label share it.")
     ] = "",
     shapes: Annotated[int | None, typer.Option(help="At most so many.")] = None,
+    creatures: Annotated[
+        int | None, typer.Option(help="For a bank: so many, with a collection or alone.")
+    ] = None,
     seed: Annotated[int | None, typer.Option(help="Of all that is simulated.")] = None,
     criterion: Annotated[str, typer.Option(help="distance or kernel.")] = "",
     unit: Annotated[str, typer.Option(help="none, area or first-eigenvalue.")] = "",
-    view: Annotated[str, typer.Option(help="closed or open.")] = "",
+    views: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--view", help="closed or open; for a bank smooth, smooth-open too; again for more."
+        ),
+    ] = None,
     splines: Annotated[int | None, typer.Option(help="How many.")] = None,
     smoothness: Annotated[float | None, typer.Option(help="η, relative.")] = None,
     points: Annotated[int | None, typer.Option(help="Of the grid.")] = None,
     interpolation: Annotated[str, typer.Option(help="nearest or linear.")] = "",
     time: Annotated[float | None, typer.Option(help="Of the heat kernel.")] = None,
+    channels: Annotated[int | None, typer.Option(help="At most so many in a bank.")] = None,
+    power: Annotated[float | None, typer.Option(help="p of a bank's Σ w (D/s)^p.")] = None,
     wait: Annotated[bool, typer.Option(help="Wait until the model is ready.")] = True,
 ) -> None:
-    """Make a model; spline, grid and heat-time are learned from shapes and their transformations.
+    """Make a model; spline, grid, heat-time, bank are learned from shapes and transformations.
 
     What was computed for one training is not computed again for the next.
     """
     parameters = _given(
-        criterion=criterion, unit=unit, view=view, splines=splines, smoothness=smoothness,
-        points=points, interpolation=interpolation, time=time,
+        criterion=criterion, unit=unit, splines=splines, smoothness=smoothness,
+        points=points, interpolation=interpolation, time=time, channels=channels, power=power,
+        **_views(method, views or []),
     )  # fmt: skip
     training = _given(
         collection=collection, correspondence=correspondence, shapes=shapes, seed=seed,
+        creatures=creatures,
         transformations=list(_named(transformations or [])), strengths=strengths,
     )  # fmt: skip
     if method in LEARNED and correspondence != "vertex-order":
@@ -96,6 +112,15 @@ def train(
         job = wait_for_job(session.client, session.output, job, title=f"training {name}")
         demand_success(job)
     _show(session, name, job)
+
+
+def _views(method: Method, views: list[str]) -> dict[str, Any]:
+    """Views as the method takes them: a bank several, everything else one."""
+    if method is Method.BANK:
+        return {"views": views}
+    if len(views) > 1:
+        raise CommandError(f"{len(views)} views are given, the method {method} takes one")
+    return {"view": views[0]} if views else {}
 
 
 def _given(**options: Any) -> dict[str, Any]:
@@ -122,16 +147,23 @@ def _show(session: Session, name: str, job: Document) -> None:
         output.document({"model": found, "job": job})
         return
     output.console.print(f"[bold]{cell(name)}[/] is {found['state']}")
-    report = found["training"] or {}
-    if found["state"] == "ready" and report:
-        low, high = report["trained_range"]
-        told = {**report, "trained_range": f"{low:.4g} to {high:.4g}"}
-        output.console.print(facts_table({FIGURES[key]: told.get(key) for key in FIGURES}))
-        output.console.print(criteria_table(report["criterion"]))
-    elif found["state"] != "ready":
+    if found["state"] != "ready":
         output.say(f"watch it: [bold]proteus jobs watch {job['id']}[/]")
+    elif found["method"] == Method.BANK:
+        show_bank(output, found)
+    elif found["training"]:
+        _show_kernel(output, found["training"])
     if job["errors"]:
-        output.console.print(errors_table(job["errors"], title="pairs that failed"))
+        unit = job["progress"]["unit"]
+        output.console.print(errors_table(job["errors"], title=f"{unit} that failed"))
+
+
+def _show_kernel(output: Output, report: Document) -> None:
+    """Show what the training of a kernel has to say."""
+    low, high = report["trained_range"]
+    told = {**report, "trained_range": f"{low:.4g} to {high:.4g}"}
+    output.console.print(facts_table({FIGURES[key]: told.get(key) for key in FIGURES}))
+    output.console.print(criteria_table(report["criterion"]))
 
 
 def criteria_table(criterion: Document) -> Table:

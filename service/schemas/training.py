@@ -1,8 +1,16 @@
 """Bodies of models that are to be made."""
 
-from typing import Annotated, Any, Literal
+from dataclasses import replace
+from typing import Annotated, Literal
 
-from pydantic import ConfigDict, Field, RootModel, StringConstraints, model_validator
+from pydantic import (
+    ConfigDict,
+    Field,
+    RootModel,
+    StringConstraints,
+    field_validator,
+    model_validator,
+)
 from pydantic.config import JsonDict
 
 from service.schemas.collections import CollectionName
@@ -10,11 +18,15 @@ from service.schemas.jobs import JOB_EXAMPLE, JobAnswer
 from service.schemas.models import MODEL_EXAMPLE, ModelAnswer
 from service.schemas.text import Answer, Body, Text
 from workers.diffusion.learning_options import LearningOptions
+from workers.geometry.preparation import VIEW_NAMES
 from workers.geometry.transformations import STRENGTHS, TRANSFORMATIONS
+from workers.pipeline.bank_plan import DEFAULT_CREATURES
 from workers.pipeline.training_plan import MOST_CREATURES, MOST_SHAPES, TrainingRequest
+from workers.retrieval.bank import MOST_CHANNELS, POWER
 from workers.retrieval.builtin import HEAT_TIME, SHAPE_DNA_EIGENVALUES
 
 DEFAULTS = LearningOptions()
+DEFAULT_VIEWS = ("closed", "smooth")
 Unit = Literal["none", "area", "first-eigenvalue"]
 UNIT = "of the eigenvalues: the meshes' own, or whatever makes area or λ₁ 1"
 Transformation = Annotated[Text, StringConstraints(max_length=40)]
@@ -85,6 +97,27 @@ class GridParameters(LearningParameters):
     interpolation: Literal["nearest", "linear"] = DEFAULTS.interpolation  # type: ignore[assignment]
 
 
+class BankParameters(Body):
+    """Several channels of ln k(x,x), fused by Σ w (D/s)^p."""
+
+    views: list[Literal["closed", "open", "smooth", "smooth-open"]] = Field(
+        list(DEFAULT_VIEWS),  # type: ignore[arg-type]
+        min_length=1,
+        max_length=len(VIEW_NAMES),
+        description="how shapes are prepared: with compact holes closed or not, smoothed or not; "
+        "every candidate channel is tried under each, and a view that no channel needs is dropped",
+    )
+    power: float = Field(POWER, gt=0, le=1, description="p; at most 1 keeps the sum a metric")
+    channels: int = Field(MOST_CHANNELS, ge=4, le=64, description="at most so many are kept")
+
+    @field_validator("views")
+    @classmethod
+    def _each_once(cls, views: list[str]) -> list[str]:
+        if len(set(views)) < len(views):
+            raise ValueError(f"the views are {', '.join(views)}, expected each at most once")
+        return views
+
+
 class Training(Body):
     """From what to learn; all choices are made by the seed, nothing is random."""
 
@@ -130,6 +163,22 @@ class Training(Body):
             seed=self.seed,
             shapes=self.shapes,
         )
+
+
+class BankTraining(Training):
+    """From what a bank learns: creatures, a collection, or both; it needs no correspondences."""
+
+    creatures: int | None = Field(
+        None,
+        ge=0,
+        le=1000,
+        description="so many procedural creatures, beside the shapes of a collection or alone; "
+        f"none with a collection and {DEFAULT_CREATURES} without one if left out",
+    )
+
+    def to_request(self) -> TrainingRequest:
+        """Return what the plan is made from."""
+        return replace(super().to_request(), creatures=self.creatures)
 
 
 class _Untrained(Body):
@@ -191,8 +240,16 @@ class NewGrid(_Trained):
     parameters: GridParameters = Field(default_factory=GridParameters)
 
 
+class NewBank(_Trained):
+    """Channels chosen and weighted so that a copy finds its own shape before all others."""
+
+    method: Literal["bank"]
+    parameters: BankParameters = Field(default_factory=BankParameters)
+    training: BankTraining = Field(default_factory=BankTraining)
+
+
 Untrained = NewHeat | NewCommuteTime | NewBiharmonic | NewShapeDna
-Trained = NewHeatTime | NewSpline | NewGrid
+Learned = NewHeatTime | NewSpline | NewGrid
 CREATURES: JsonDict = {"transformations": ["isometry", "noise", "holes"], "strengths": [1, 3, 5]}
 NEW_MODEL_EXAMPLES: list[JsonDict] = [
     {
@@ -212,6 +269,12 @@ NEW_MODEL_EXAMPLES: list[JsonDict] = [
         "method": "heat-time",
         "training": {"collection": "zoo", "correspondence": "vertex-order", "shapes": 20},
     },
+    {
+        "name": "bank-of-mine",
+        "method": "bank",
+        "parameters": {"views": ["closed", "smooth"], "channels": 16},
+        "training": {"collection": "zoo", "creatures": 20, **CREATURES},
+    },
     {"name": "short-heat", "method": "heat", "parameters": {"time": 0.05}},
     {"name": "open-commute-time", "method": "commute-time", "parameters": {"view": "open"}},
     {"name": "open-biharmonic", "method": "biharmonic", "parameters": {"view": "open"}},
@@ -219,17 +282,10 @@ NEW_MODEL_EXAMPLES: list[JsonDict] = [
 ]
 
 
-class NewModel(RootModel[Annotated[Untrained | Trained, Field(discriminator="method")]]):
+class NewModel(RootModel[Annotated[Untrained | Learned | NewBank, Field(discriminator="method")]]):
     """A model that is to be made; those with nothing to learn are ready at once."""
 
     model_config = ConfigDict(json_schema_extra={"examples": list(NEW_MODEL_EXAMPLES)})
-
-    @model_validator(mode="before")
-    @classmethod
-    def _no_bank(cls, value: Any) -> Any:
-        if isinstance(value, dict) and value.get("method") == "bank":
-            raise ValueError("the method 'bank' is not available in this version")
-        return value
 
 
 class ModelAccepted(Answer):

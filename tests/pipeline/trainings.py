@@ -9,10 +9,12 @@ from sqlalchemy import select
 
 from workers.diffusion.learning_options import LearningOptions
 from workers.geometry.preparation import default_view
+from workers.pipeline.bank_plan import plan_variants
 from workers.pipeline.plans import plan_training
 from workers.pipeline.solve import parse_upload
 from workers.pipeline.training_pairs import Pair, StoredSource
 from workers.pipeline.training_plan import TrainingRequest, plan_pairs
+from workers.pipeline.training_variants import Variant
 from workers.pipeline.work import run_part
 from workers.pipeline.workbench import Workbench
 from workers.settings import Settings
@@ -73,6 +75,33 @@ def begin_training(
             parameters={**parameters, "view": "closed"},
             training=request.to_json(),
             pairs=pairs,
+        )
+    return job.id
+
+
+def plan_bank(bench: Workbench, request: TrainingRequest) -> list[Variant]:
+    """Variants that a request leads to, under one view."""
+    vertices = bench.settings.working_vertices
+    with bench.database.read() as session:
+        return plan_variants(
+            session,
+            request,
+            views=[default_view(working_vertices=vertices)],
+            working_vertices=vertices,
+        )
+
+
+def begin_bank(bench: Workbench, name: str, request: TrainingRequest, *, channels: int = 16) -> str:
+    """Commit the training of a bank; returns its job, nothing is computed yet."""
+    variants = plan_bank(bench, request)
+    with bench.database.begin() as session:
+        job, _ = plan_training(
+            session,
+            name=name,
+            method="bank",
+            parameters={"views": ["closed"], "power": 0.25, "channels": channels},
+            training=request.to_json(),
+            variants=variants,
         )
     return job.id
 

@@ -69,7 +69,6 @@ def test_models_with_nothing_to_learn_are_ready_at_once(
 @pytest.mark.parametrize(
     ("body", "words"),
     [
-        ({"method": "bank"}, "'bank' is not available in this version"),
         ({"method": "magic"}, "'heat', 'commute-time', 'biharmonic', 'shape-dna', 'heat-time'"),
         ({"name": "Mine"}, "name"),
         ({"parameters": {"points": 9}}, "points: extra inputs are not permitted"),
@@ -266,3 +265,81 @@ def test_a_name_is_free_again_once_its_failed_model_is_deleted(zoo: Api) -> None
     assert zoo.get("/v1/models/mine")["state"] == "ready"
     assert "exists already" in train(zoo, 409)["detail"]
     assert train(zoo, 409, name="heat")["type"] == "/problems/name-taken"
+
+
+# -- banks ----------------------------------------------------------------------------------
+
+BANK: Json = {
+    "name": "mine",
+    "method": "bank",
+    "parameters": {"views": ["closed"], "channels": 8},
+    "training": {"collection": "zoo", "transformations": ["noise", "scale"], "strengths": [2]},
+}
+
+
+@pytest.mark.parametrize(
+    ("body", "words"),
+    [
+        ({"parameters": {"views": []}}, "views"),
+        ({"parameters": {"views": ["torn"]}}, "'smooth-open'"),
+        ({"parameters": {"views": ["open", "open"]}}, "each at most once"),
+        ({"parameters": {"power": 0}}, "power"),
+        ({"parameters": {"power": 1.5}}, "power"),
+        ({"parameters": {"channels": 0}}, "channels"),
+        ({"training": {**ON_ZOO, "creatures": -1}}, "creatures"),
+        ({"training": {"correspondence": "vertex-order", "collection": "zoo"}}, "simulates"),
+        ({"training": {"transformations": ["noise", "all"], "creatures": 1000}}, "comparisons"),
+        ({"method": "spline", "parameters": {}, "training": {"creatures": 3}}, "creatures: extra"),
+    ],
+)
+def test_banks_that_make_no_sense_are_refused_and_write_nothing(
+    zoo: Api, body: Json, words: str
+) -> None:
+    before = counts(zoo)
+    problem = zoo.post("/v1/models", 422, json={**BANK, **body})
+    assert words in problem["detail"]
+    assert counts(zoo) == before
+
+
+def test_one_shape_is_too_little_for_a_bank(zoo: Api) -> None:
+    zoo.post("/v1/collections", 201, json={"name": "one"})
+    zoo.upload("one", {"a.off": EGG})
+    zoo.work()
+    training = {**BANK["training"], "collection": "one"}
+    problem = zoo.post("/v1/models", 409, json={**BANK, "training": training})
+    assert problem["type"] == "/problems/insufficient-training-data"
+    assert "at least 2 shapes are needed" in problem["detail"]
+
+
+def test_a_bank_is_trained_activated_and_searched_under(zoo: Api) -> None:
+    answer = zoo.post("/v1/models", 202, json=BANK)
+    total = 5 + 5 * 2
+    assert answer["job"]["progress"] == {"done": 0, "total": total, "unit": "variants"}
+    assert (answer["model"]["state"], answer["model"]["channels"]) == ("training", [])
+    assert zoo.work() == total + 1
+    model = zoo.get("/v1/models/mine")
+    assert (model["state"], model["fusion"]) == ("ready", {"power": 0.25})
+    assert 1 <= len(model["channels"]) <= 8
+    assert {curve["name"] for curve in model["kernels"]} == {
+        channel["name"] for channel in model["channels"] if channel["kernel"]
+    }
+    assert {"rows", "ablation", "similarity", "failed_variants"} <= model["training"].keys()
+    zoo.put("/v1/collections/zoo/model", json={"model": "mine"})
+    zoo.work()
+    found = zoo.ask("zoo", shape_id=zoo.shape_ids[ZOO[0]])
+    assert found["model"] == "mine"
+    assert found["matches"][0]["shape"]["name"] == ZOO[1]  # the same shape in another size
+    assert found["matches"][0]["similarity"] > 0.95
+    assert found["matches"][0]["similarity"] > found["matches"][1]["similarity"]
+
+
+def test_a_bank_goes_on_without_the_shapes_that_failed(zoo: Api) -> None:
+    """Half of a collection is no mesh at all: what is ready is learned from."""
+    bad = {f"bad-{i}.off": b"OFF\n3 1 0\n" + str(i).encode() for i in range(5)}
+    zoo.upload("zoo", bad)
+    zoo.work()
+    assert zoo.get("/v1/collections/zoo")["failed_count"] == 5
+    zoo.post("/v1/models", 202, json=BANK)
+    zoo.work()
+    report = zoo.get("/v1/models/mine")["training"]
+    assert (report["n_references"], report["n_failed_variants"]) == (5, 0)

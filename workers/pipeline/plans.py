@@ -6,6 +6,7 @@ from typing import Any
 from sqlalchemy.orm import Session
 
 from workers.pipeline.training_pairs import Pair
+from workers.pipeline.training_variants import Variant
 from workers.retrieval.model import Model
 from workers.settings import INGEST, LIGHT
 from workers.storage.collections import add_model, get_collection
@@ -107,6 +108,16 @@ def fit_part(model: str) -> NewPart:
     return NewPart("fit", LIGHT, {"model": model, "item": model}, weight=0)
 
 
+def variant_part(variant: Variant) -> NewPart:
+    """Describe a shape, or a transformed copy of it, under every candidate channel."""
+    return NewPart("variant", INGEST, variant.to_payload())
+
+
+def fit_bank_part(model: str) -> NewPart:
+    """Choose and weigh channels by the descriptors of all variants."""
+    return NewPart("fit-bank", LIGHT, {"model": model, "item": model}, weight=0)
+
+
 def plan_training(
     session: Session,
     *,
@@ -114,9 +125,12 @@ def plan_training(
     method: str,
     parameters: Json,
     training: Json,
-    pairs: Sequence[Pair],
+    pairs: Sequence[Pair] = (),
+    variants: Sequence[Variant] = (),
 ) -> tuple[Job, list[Part]]:
     """Make a model that is in training, and the job that trains it.
+
+    A kernel is learned from pairs, a bank from variants.
 
     Raises
     ------
@@ -126,11 +140,11 @@ def plan_training(
     job, parts = create_job(
         session,
         kind="train",
-        unit="pairs",
-        parts=[pair_part(pair) for pair in pairs],
+        unit="variants" if variants else "pairs",
+        parts=[*map(pair_part, pairs), *map(variant_part, variants)],
         collection=training["collection"],
         model=name,
-        finale=fit_part(name),
+        finale=fit_bank_part(name) if variants else fit_part(name),
     )
     definition = {"parameters": parameters, "training": training}
     create_model(

@@ -1,21 +1,16 @@
 """The end of a training: from the moments of all pairs to a model."""
 
-import json
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 from workers.diffusion.learning import learn_kernel
 from workers.diffusion.learning_options import LearningOptions
-from workers.errors import (
-    BlobNotFoundError,
-    InsufficientTrainingDataError,
-    KernelDomainError,
-)
+from workers.errors import BlobNotFoundError, InsufficientTrainingDataError
 from workers.pipeline.pair import Learnt, load_pair
 from workers.pipeline.plans import fit_part
 from workers.pipeline.training_pairs import VERSIONS, Pair
-from workers.pipeline.training_parts import compute_again, ended_payloads
+from workers.pipeline.training_parts import compute_again, ended_payloads, finite_json
 from workers.pipeline.workbench import Workbench
 from workers.retrieval.learned import calibrated, learned_model
 from workers.retrieval.model import Model
@@ -125,11 +120,7 @@ def _definition(bench: Workbench, asked: TrainedModel, material: Material) -> Js
         **model.to_json(),
         "training": {**asked.definition["training"], **learned.report, **_figures(material, model)},
     }
-    try:
-        json.dumps(definition, allow_nan=False)
-    except ValueError as error:
-        raise KernelDomainError("the learned model has a number that is not finite") from error
-    return definition
+    return finite_json(definition)
 
 
 def _calibrated(bench: Workbench, model: Model, material: Material) -> Model:

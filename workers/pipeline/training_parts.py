@@ -1,5 +1,6 @@
 """What trainings have in common: parts that all must have ended; some are computed again."""
 
+import json
 import time
 from collections.abc import Mapping, Set
 from typing import Any
@@ -7,10 +8,10 @@ from typing import Any
 from sqlalchemy import func, select
 from sqlalchemy.orm import Session
 
-from workers.errors import ModelNotReadyError
+from workers.errors import KernelDomainError, ModelNotReadyError
 from workers.pipeline.workbench import Workbench
 from workers.storage.jobs import OPEN, NewPart, part_to_json
-from workers.storage.models import Part
+from workers.storage.models import Json, Part
 from workers.storage.parts import Claim, finish_part, hold_lease
 
 
@@ -57,6 +58,21 @@ def compute_again(
         job.finale = part_to_json(finale)
         finish_part(session, claim)
     bench.send(again)
+
+
+def finite_json(definition: Json) -> Json:
+    """Return a learned model's definition, unless it has a number that is not finite.
+
+    Raises
+    ------
+    KernelDomainError
+        It has one.
+    """
+    try:
+        json.dumps(definition, allow_nan=False)
+    except ValueError as error:
+        raise KernelDomainError("the learned model has a number that is not finite") from error
+    return definition
 
 
 def _parts(job_id: str, kind: str) -> Any:

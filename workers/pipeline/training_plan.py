@@ -52,6 +52,8 @@ class TrainingRequest:
         Of creatures, poses and transformations.
     shapes : int or None
         At most so many.
+    creatures : int or None
+        So many of them, for a bank, beside the collection's shapes or alone.
     """
 
     collection: str | None = None
@@ -60,11 +62,13 @@ class TrainingRequest:
     correspondence: str = SIMULATED
     seed: int = 0
     shapes: int | None = None
+    creatures: int | None = None
 
     def to_json(self) -> dict[str, Any]:
         """Plain JSON, as it is shown with a model."""
         return {
-            **vars(self),
+            **{key: value for key, value in vars(self).items() if key != "creatures"},
+            **({} if self.creatures is None else {"creatures": self.creatures}),
             "transformations": list(self.transformations),
             "strengths": list(self.strengths),
         }
@@ -106,8 +110,7 @@ def plan_pairs(
     """
     _check(request)
     if request.collection is None:
-        vertices = min(MOST_VERTICES, max(FEWEST_VERTICES, working_vertices))
-        found = _simulated_creatures(request, vertices)
+        found = _simulated_creatures(request, creature_vertices(working_vertices))
     else:
         shapes = ready_shapes(session, request.collection)
         most = request.shapes or MOST_SHAPES
@@ -126,13 +129,17 @@ def plan_pairs(
     ]
 
 
+def creature_vertices(working_vertices: int) -> int:
+    """Vertices of a creature: those of working meshes, as far as it can have so many."""
+    return min(MOST_VERTICES, max(FEWEST_VERTICES, working_vertices))
+
+
 _Planned = tuple[str, str, Source, Change]
 """Name, class, shape and transformation."""
 
 
 def _check(request: TrainingRequest) -> None:
     """Refuse what does not go together, whatever shapes there are."""
-    known = ", ".join(TRANSFORMATIONS)
     if request.correspondence not in CORRESPONDENCES:
         raise InvalidRequestError(
             f"there is no correspondence {request.correspondence!r}; there are "
@@ -147,6 +154,18 @@ def _check(request: TrainingRequest) -> None:
                 "transformations, so no others can be given"
             )
         return
+    check_simulations(request)
+
+
+def check_simulations(request: TrainingRequest) -> None:
+    """Refuse transformations and strengths that are none.
+
+    Raises
+    ------
+    InvalidRequestError, InsufficientTrainingDataError
+        One is unknown; there are no transformations at all.
+    """
+    known = ", ".join(TRANSFORMATIONS)
     unknown = [name for name in request.transformations if name not in TRANSFORMATIONS]
     if unknown:
         raise InvalidRequestError(f"there is no transformation {unknown[0]!r}; there are {known}")
@@ -172,7 +191,7 @@ def _simulated_creatures(request: TrainingRequest, vertices: int) -> list[_Plann
         source = CreatureSource(species, individual, vertices)
         planned += [
             (f"{species} {individual} {name} {strength}", species, source, change)
-            for name, strength, change in _simulations(
+            for name, strength, change in simulations(
                 request, f"{species}/{individual}", poses="isometry" in request.transformations
             )
         ]
@@ -188,11 +207,11 @@ def _simulated(shapes: Sequence[LabelledShape], request: TrainingRequest) -> lis
     return [
         (f"{shape.name} {name} {strength}", shape.kind, shape.source, change)
         for shape in shapes
-        for name, strength, change in _simulations(request, shape.sha256, poses=False)
+        for name, strength, change in simulations(request, shape.sha256, poses=False)
     ]
 
 
-def _simulations(
+def simulations(
     request: TrainingRequest, shape: str, *, poses: bool
 ) -> list[tuple[str, int, Simulation]]:
     """Each transformation and strength with seeds of its own."""
@@ -204,8 +223,8 @@ def _simulations(
             Simulation(
                 name,
                 strength,
-                seed=_seed(request.seed, shape),
-                pose=_seed(request.seed, shape, "pose", name, strength) if poses else None,
+                seed=seed_of(request.seed, shape),
+                pose=seed_of(request.seed, shape, "pose", name, strength) if poses else None,
             ),
         )
         for name in chosen
@@ -213,7 +232,7 @@ def _simulations(
     ]
 
 
-def _seed(*content: object) -> int:
+def seed_of(*content: object) -> int:
     """Seed below 2³¹ that follows from some content."""
     text = "/".join(str(part) for part in content)
     return int.from_bytes(hashlib.sha256(text.encode()).digest()[:4], "little") >> 1

@@ -15,7 +15,9 @@ from workers.pipeline.query import answer_query
 from workers.pipeline.rank import rank
 from workers.pipeline.redescribe import redescribe
 from workers.pipeline.train import fit
+from workers.pipeline.train_bank import fit_bank
 from workers.pipeline.unpack import unpack
+from workers.pipeline.variant import compute_variant
 from workers.pipeline.workbench import Workbench
 from workers.settings import Settings
 from workers.storage.blobs import BlobStore
@@ -42,6 +44,8 @@ VERBS: Mapping[str, Callable[[Workbench, Claim], None]] = {
     "activate": activate,
     "pair": compute_pair,
     "fit": fit,
+    "variant": compute_variant,
+    "fit-bank": fit_bank,
     "rank": rank,
     "evaluate": evaluate,
 }

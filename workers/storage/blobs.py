@@ -60,6 +60,16 @@ def pair_failure_key(digest: str) -> str:
     return f"pairs/{digest[:2]}/{digest}.failure.json"
 
 
+def variant_key(digest: str) -> str:
+    """Key of the descriptor of a variant that a bank learns from."""
+    return f"variants/{digest[:2]}/{digest}.npz"
+
+
+def variant_failure_key(digest: str) -> str:
+    """Key of the reason why a variant has no descriptor."""
+    return f"variants/{digest[:2]}/{digest}.failure.json"
+
+
 class BlobStore:
     """Bytes under keys; a key's bytes appear whole or not at all.
 
