@@ -5,15 +5,16 @@ VENV   := .venv
 BIN    := $(VENV)/bin
 PIP    := $(BIN)/python -m pip --disable-pip-version-check install --quiet
 DATA   ?= proteus-data
+TRAINING ?= proteus-training
 PORT   ?= 8000
 
 export PIP_REQUIRE_VIRTUALENV := 1
 
 .DEFAULT_GOAL := help
-.PHONY: help setup demo serve test check benchmark lock clean
+.PHONY: help setup demo serve test check benchmark train-default lock clean
 
 help: ## list the targets
-	@awk -F ':.*## ' '/^[a-z]+:.*## /{printf "  make %-10s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
+	@awk -F ':.*## ' '/^[a-z-]+:.*## /{printf "  make %-13s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
 
 setup: $(VENV)/.runtime ## create .venv with what the service needs, from the lock file
 
@@ -34,6 +35,9 @@ check: $(VENV)/.dev ## lint, types and import contracts
 
 benchmark: $(VENV)/.dev ## measure side by side with peers
 	$(BIN)/python -m benchmarks
+
+train-default: $(VENV)/.runtime ## train the model that comes with Proteus anew (an hour or more; goes on where it was)
+	@$(BIN)/python -m service.default_model --data-dir $(TRAINING)
 
 lock: ## resolve the dependencies anew (needs uv on the PATH)
 	uv pip compile -q --universal --python-version 3.11 --generate-hashes --no-annotate --no-header \

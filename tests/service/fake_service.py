@@ -10,8 +10,11 @@ from email.parser import BytesParser
 from typing import Any
 
 import httpx
+from typer.testing import Result
 
 Document = dict[str, Any]
+Run = Callable[..., Result]
+"""The command line: its arguments, and what came of them."""
 TIME = "2026-01-01T00:00:00Z"
 
 
@@ -192,7 +195,7 @@ class FakeService:
         learned = "training" in self.queries[-1]
         job = self.new_job("train", "", total=5 * learned)
         job["state"] = "queued" if learned else "succeeded"
-        report = REPORT if learned else None
+        report = (BANK_REPORT if method == "bank" else REPORT) if learned else None
         self.models[name] = {**MODEL, "name": name, "method": method, "training": report}
         return answer({"model": self.models[name], "job": job}, 202)
 
@@ -251,6 +254,20 @@ REPORT: Document = {
     },
     "heat_time": 0.217, "slope": -1.15, "trained_range": [1.0, 230.0], "unit": "first-eigenvalue",
     "n_pairs": 4, "n_held_out_pairs": 1, "n_failed_pairs": 0,
+}  # fmt: skip
+
+
+BANK_REPORT: Document = {
+    "n_references": 60, "n_queries": 3300, "n_groups": 21, "n_failed_variants": 2,
+    "n_candidates": 97, "share_that_sees_scale": 0.0,
+    "rows": {
+        "training": {"map": {"holes": 97.13, "noise": 88.21}, "mean": 92.67, "interval": None},
+        "held_out": {
+            "map": {"holes": 95.46, "noise": 84.37}, "mean": 89.92, "interval": [86.11, 93.24],
+        },
+    },
+    "ablation": [{"channel": "heat", "weight": 1.0, "lost": 3.72}],
+    "similarity": [{"promised": 0.01, "found": 0.013}],
 }  # fmt: skip
 
 

@@ -2,39 +2,15 @@ import hashlib
 import json
 import subprocess
 import sys
-from collections.abc import Callable
-from functools import partial
 from pathlib import Path
 
 import httpx
 import pytest
-from typer.testing import CliRunner, Result
+from typer.testing import CliRunner
 
 from service.cli.program import app
 from service.client import Client, ServiceError, UnreachableError
-from tests.service.fake_service import FakeService, problem
-
-Run = Callable[..., Result]
-
-
-@pytest.fixture
-def fake() -> FakeService:
-    return FakeService()
-
-
-@pytest.fixture
-def run(fake: FakeService, monkeypatch: pytest.MonkeyPatch) -> Run:
-    monkeypatch.delenv("PROTEUS_URL", raising=False)
-    monkeypatch.setattr(
-        "service.cli.connection.Client", partial(Client, transport=fake.transport())
-    )
-    monkeypatch.setattr("service.client.time.sleep", lambda seconds: None)
-
-    def invoke(*arguments: str) -> Result:
-        return CliRunner().invoke(app, list(arguments))
-
-    return invoke
-
+from tests.service.fake_service import FakeService, Run, problem
 
 # -- collections, shapes, jobs, models -----------------------------------------------------
 

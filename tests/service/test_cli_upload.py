@@ -8,8 +8,7 @@ from typer.testing import Result
 from service.cli.console import CommandError
 from service.cli.files import CountingFile, UploadFile, find_files, make_batches
 from service.cli.query import parse_filters
-from tests.service.fake_service import FakeService
-from tests.service.test_cli import Run, fake, run  # noqa: F401  (fixtures)
+from tests.service.fake_service import FakeService, Run
 
 
 @pytest.fixture

@@ -1,0 +1,50 @@
+"""The trained model that comes with the program: a file of numbers, and the report of its training.
+
+``make train-default`` writes both; nothing else does.
+"""
+
+import json
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from workers.geometry.preparation import named_view
+from workers.retrieval.model import Model
+
+FOLDER = Path(__file__).parent / "shipped"
+DEFAULT_MODEL = "proteus"
+
+
+def shipped_model(*, working_vertices: int = 5000, folder: Path = FOLDER) -> Model:
+    """The model `proteus`, the default one.
+
+    Parameters
+    ----------
+    working_vertices : int
+        Of its views; those that it was trained with unless the service has others.
+    folder : Path
+        Where its file is.
+    """
+    model = Model.from_json(_read(folder / f"{DEFAULT_MODEL}.json"))
+    views = tuple(named_view(view.name, working_vertices=working_vertices) for view in model.views)
+    return replace(model, views=views)
+
+
+def shipped_report(folder: Path = FOLDER) -> Mapping[str, Any]:
+    """What its training found: rows, ablation, calibration, versions, and how it was made."""
+    return _read(folder / f"{DEFAULT_MODEL}.report.json")
+
+
+def write_shipped(definition: Mapping[str, Any], report: Mapping[str, Any], folder: Path) -> None:
+    """Write a trained bank as the model `proteus`, with its report; the same bytes for the same."""
+    folder.mkdir(parents=True, exist_ok=True)
+    model = Model.from_json({**definition, "name": DEFAULT_MODEL})
+    for name, content in (("json", model.to_json()), ("report.json", report)):
+        text = json.dumps(content, indent=1, ensure_ascii=False, sort_keys=True, allow_nan=False)
+        (folder / f"{DEFAULT_MODEL}.{name}").write_text(text + "\n", encoding="utf-8")
+
+
+def _read(path: Path) -> dict[str, Any]:
+    content: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
+    return content
