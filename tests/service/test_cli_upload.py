@@ -83,7 +83,7 @@ def test_counting_file_tells_every_byte_once(tmp_path: Path) -> None:
     assert all(count > 0 for count in told)
 
 
-def test_upload_makes_the_collection_and_waits(run: Run, fake: FakeService, tree: Path) -> None:  # noqa: F811
+def test_upload_makes_the_collection_and_waits(run: Run, fake: FakeService, tree: Path) -> None:
     result = run("upload", str(tree / "poses"), "-c", "animals", "--json")
     assert result.exit_code == 0, result.output
     assert fake.uploads == [("cat", ["cat-01.ply", "cat-02.OFF"]), ("old", ["dog-01.obj"])]
@@ -92,7 +92,7 @@ def test_upload_makes_the_collection_and_waits(run: Run, fake: FakeService, tree
     assert all(job["state"] == "succeeded" for job in fake.jobs.values())
 
 
-def test_upload_names_what_failed(run: Run, fake: FakeService, tree: Path) -> None:  # noqa: F811
+def test_upload_names_what_failed(run: Run, fake: FakeService, tree: Path) -> None:
     (tree / "poses/cat/cat-03.ply").write_bytes(b"bad mesh")
     result = run("upload", str(tree / "poses"))
     assert result.exit_code == 1
@@ -102,7 +102,7 @@ def test_upload_names_what_failed(run: Run, fake: FakeService, tree: Path) -> No
 
 
 def test_refused_file_does_not_keep_back_the_others(
-    run: Run, fake: FakeService, tree: Path  # noqa: F811
+    run: Run, fake: FakeService, tree: Path
 ) -> None:  # fmt: skip
     (tree / "poses/cat/cat-00.ply").write_bytes(b"huge mesh")
     result = run("upload", str(tree / "poses"), "--json")
@@ -115,7 +115,7 @@ def test_refused_file_does_not_keep_back_the_others(
 
 
 def test_upload_is_repeated_after_a_broken_connection(
-    run: Run, fake: FakeService, tree: Path, monkeypatch: pytest.MonkeyPatch  # noqa: F811
+    run: Run, fake: FakeService, tree: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:  # fmt: skip
     handle = fake.handle
     broken: list[httpx.Request] = []
@@ -136,7 +136,7 @@ def test_upload_is_repeated_after_a_broken_connection(
     assert fake.uploads == [("", ["boat.stl"]), ("", ["boat.stl"])]
 
 
-def _patched(fake: FakeService) -> object:  # noqa: F811
+def _patched(fake: FakeService) -> object:
     from functools import partial
 
     from service.client import Client
@@ -144,7 +144,7 @@ def _patched(fake: FakeService) -> object:  # noqa: F811
     return partial(Client, transport=fake.transport())
 
 
-def test_folder_without_meshes_is_said_clearly(run: Run, tmp_path: Path) -> None:  # noqa: F811
+def test_folder_without_meshes_is_said_clearly(run: Run, tmp_path: Path) -> None:
     result = run("upload", str(tmp_path))
     assert result.exit_code == 1
     assert "no mesh" in result.stderr
@@ -153,7 +153,7 @@ def test_folder_without_meshes_is_said_clearly(run: Run, tmp_path: Path) -> None
 # -- query ---------------------------------------------------------------------------------
 
 
-def test_query_by_shape_sends_its_options(run: Run, fake: FakeService) -> None:  # noqa: F811
+def test_query_by_shape_sends_its_options(run: Run, fake: FakeService) -> None:
     fake.add_shape("default", "cat-01.ply", "cat", b"1")
     result = run(
         "query", "--shape", "shape-0", "-n", "3", "--model", "commute-time",
@@ -171,7 +171,7 @@ def test_query_by_shape_sends_its_options(run: Run, fake: FakeService) -> None: 
 
 @pytest.mark.parametrize("slow", [False, True])
 def test_query_by_mesh_prints_the_ranked_answer(
-    run: Run, fake: FakeService, tree: Path, slow: bool  # noqa: F811
+    run: Run, fake: FakeService, tree: Path, slow: bool
 ) -> None:  # fmt: skip
     fake.query_is_slow = slow
     fake.add_shape("default", "cat-01.ply", "cat", b"1")
