@@ -16,7 +16,7 @@ from tests.meshes import (
     union,
 )
 from workers.geometry.arrays import FloatArray
-from workers.geometry.closing import cap, close_loops, isoperimetric_quotient
+from workers.geometry.closing import cap, close_loops, double, relative_length
 from workers.geometry.mesh import TriangleMesh
 from workers.geometry.spectrum import first_eigenvalues
 from workers.geometry.topology import (
@@ -42,20 +42,20 @@ def without_discs(mesh: TriangleMesh, centres: list[int], radius: float) -> Tria
     return TriangleMesh(mesh.vertices[used], inverse.reshape(-1, 3))
 
 
-@pytest.mark.parametrize(
-    ("points", "quotient"),
-    [
-        (polygon(2000), 1.0),
-        (polygon(4), np.pi / 4),
-        (polygon(3), np.pi / np.sqrt(27)),
-        (7.0 * polygon(6) + 5.0, np.pi * np.sqrt(3) / 6),
-        (np.array([[0.0, 0, 0], [1, 0, 0], [2, 0, 0], [1, 0, 0]]), 0.0),
-        (np.zeros((5, 3)), 0.0),
-    ],
-    ids=["circle", "square", "triangle", "hexagon", "slit", "point"],
-)
-def test_isoperimetric_quotients(points: FloatArray, quotient: float) -> None:
-    assert isoperimetric_quotient(points) == pytest.approx(quotient, abs=1e-5)
+def loops_of(mesh: TriangleMesh) -> list[float]:
+    return sorted(relative_length(mesh, loop) for loop in boundary_loops(mesh))
+
+
+def test_the_length_of_a_loop_has_no_unit_and_no_pose() -> None:
+    tube = cylinder(400, 8, radius=2.0, height=5.0)
+    expected = (2 * np.pi * 2.0) ** 2 / (2 * np.pi * 2.0 * 5.0)
+    assert_allclose(loops_of(tube), [expected] * 2, rtol=1e-4)
+    assert_allclose(loops_of(scaled(tube, 0.01)), [expected] * 2, rtol=1e-4)
+    flat, rolled = rectangle(40, 20, 2.0, 1.0), rectangle(40, 20, 2.0, 1.0).vertices.copy()
+    rolled[:, 2] = np.sin(rolled[:, 0])
+    rolled[:, 0] = 1.0 - np.cos(rolled[:, 0])  # bent along an arc: an isometry
+    assert_allclose(loops_of(flat), [18.0])
+    assert_allclose(loops_of(TriangleMesh(rolled, flat.faces)), [18.0], rtol=1e-3)
 
 
 @pytest.mark.parametrize("n", [3, 4, 5, 6, 9, 17, 40, 200])
@@ -89,7 +89,7 @@ def test_a_cap_of_growing_triangles_has_a_multiple_of_the_loops_vertices() -> No
 
 def test_a_cylinder_becomes_a_closed_surface_wound_one_way() -> None:
     tube = cylinder(24, 10)
-    closed = close_loops(tube)
+    closed = close_loops(tube, longest=30.0)
     assert len(boundary_edges(closed)) == 0
     assert euler_characteristic(closed) == 2
     edges = directed_edges(closed.faces)
@@ -100,19 +100,19 @@ def test_a_cylinder_becomes_a_closed_surface_wound_one_way() -> None:
 
 
 def test_long_thin_loops_stay_open() -> None:
-    strip = rectangle(60, 1, 60.0, 1.0)  # quotient 4π·60 / 122² = 0.05
-    assert close_loops(strip) is strip
-    assert len(boundary_edges(close_loops(strip, minimum_quotient=0.04))) == 0
+    strip = rectangle(60, 1, 60.0, 1.0)  # p² / A = 122² / 60 = 248
+    assert close_loops(strip, longest=30.0) is strip
+    assert len(boundary_edges(close_loops(strip, longest=250.0))) == 0
 
 
 def test_a_closed_mesh_is_returned_as_it_is() -> None:
     mesh = icosphere(1)
-    assert close_loops(mesh) is mesh
+    assert close_loops(mesh, longest=30.0) is mesh
 
 
 def test_a_hole_of_one_triangle_gets_it_back() -> None:
     mesh = icosphere(1)
-    closed = close_loops(TriangleMesh(mesh.vertices, mesh.faces[1:]))
+    closed = close_loops(TriangleMesh(mesh.vertices, mesh.faces[1:]), longest=30.0)
     assert closed.n_vertices == mesh.n_vertices
     assert {frozenset(f) for f in closed.faces.tolist()} == {
         frozenset(f) for f in mesh.faces.tolist()
@@ -121,7 +121,7 @@ def test_a_hole_of_one_triangle_gets_it_back() -> None:
 
 def test_a_lone_triangle_is_not_covered_by_its_double() -> None:
     mesh = union(icosphere(1), single_triangle())
-    assert close_loops(mesh) is mesh
+    assert close_loops(mesh, longest=30.0) is mesh
 
 
 def test_closing_brings_the_spectrum_back() -> None:
@@ -129,7 +129,8 @@ def test_closing_brings_the_spectrum_back() -> None:
     holed = without_discs(whole, whole.vertices.argmax(axis=0).tolist(), 0.35)
     assert len(boundary_loops(holed)) == 3
     truth, closed, left_open = (
-        first_eigenvalues(mesh, 8) * mesh.area for mesh in (whole, close_loops(holed), holed)
+        first_eigenvalues(mesh, 8) * mesh.area
+        for mesh in (whole, close_loops(holed, longest=30.0), holed)
     )
     error_closed = np.abs(closed / truth - 1).max()
     error_open = np.abs(left_open / truth - 1).max()
@@ -140,11 +141,11 @@ def test_closing_brings_the_spectrum_back() -> None:
 def test_renumbered_and_rotated_copies_get_the_same_caps() -> None:
     rng = np.random.default_rng(7)
     holed = without_discs(bumpy_sphere(3), bumpy_sphere(3).vertices.argmax(axis=0).tolist(), 0.35)
-    expected = close_loops(holed)
+    expected = close_loops(holed, longest=30.0)
     truth = first_eigenvalues(expected, 12) * expected.area
     for _ in range(3):
         copy, _ = renumbered(scaled(rotated(holed, rng), rng.uniform(0.01, 100)), rng)
-        closed = close_loops(copy)
+        closed = close_loops(copy, longest=30.0)
         assert_allclose(first_eigenvalues(closed, 12) * closed.area, truth, rtol=1e-9)
 
 
@@ -153,6 +154,46 @@ def test_touching_holes_are_closed_each() -> None:
     centres = (mesh.vertices[mesh.faces].mean(axis=1)[:, :2] * 9).astype(int)
     kept = [tuple(c) not in {(3, 3), (4, 4)} for c in centres.tolist()]
     holed = TriangleMesh(mesh.vertices, mesh.faces[kept])
-    closed = close_loops(holed, minimum_quotient=0.1)
+    closed = close_loops(holed, longest=30.0)
     assert len(boundary_edges(closed)) == 0
     assert count_components(closed) == 1
+
+
+# -- sheets -----------------------------------------------------------------------------------
+
+
+def test_a_doubled_sheet_is_closed_and_twice_as_large() -> None:
+    inner, triangles = cap(polygon(40, stretch=3.0))
+    sheet = TriangleMesh(np.concatenate([polygon(40, stretch=3.0), inner]), triangles)
+    doubled = double(sheet)
+    assert len(boundary_edges(doubled)) == 0
+    assert euler_characteristic(doubled) == 2
+    assert_allclose(doubled.area, 2 * sheet.area)
+    assert_array_equal(doubled.vertices[: sheet.n_vertices], sheet.vertices)
+    assert_array_equal(doubled.faces[: sheet.n_faces], sheet.faces)
+    edges = directed_edges(doubled.faces)
+    assert len(np.unique(edges, axis=0)) == len(edges)  # wound one way
+
+
+def test_a_doubled_hemisphere_has_the_spectrum_of_the_sphere() -> None:
+    """Even and odd functions alike, where the open half has the even ones alone."""
+    sphere = icosphere(4)
+    upper = sphere.faces[(sphere.vertices[sphere.faces].mean(axis=1)[:, 2] > 0)]
+    used, inverse = np.unique(upper, return_inverse=True)
+    half = TriangleMesh(sphere.vertices[used], inverse.reshape(-1, 3))
+    truth = first_eigenvalues(sphere, 8) * sphere.area
+    doubled = double(half)
+    assert_allclose(first_eigenvalues(doubled, 8) * doubled.area, truth, rtol=0.05)
+    left_open = first_eigenvalues(half, 8) * half.area
+    assert np.abs(left_open / truth - 1).max() > 0.4
+
+
+def test_what_has_no_inside_is_not_doubled() -> None:
+    mesh = icosphere(1)
+    assert double(mesh) is mesh
+    sheet = rectangle(12, 8)
+    eared = double(sheet)  # at two corners a face has all of its corners on the rim
+    assert eared.n_faces == 2 * sheet.n_faces - 2
+    assert len(boundary_edges(eared)) == 4
+    strip = rectangle(60, 1, 60.0, 1.0)
+    assert double(strip).n_faces == strip.n_faces

@@ -6,7 +6,16 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from tests.meshes import box, bumpy_sphere, cylinder, icosphere, renumbered, rotated, scaled
+from tests.meshes import (
+    box,
+    bumpy_sphere,
+    cylinder,
+    icosphere,
+    rectangle,
+    renumbered,
+    rotated,
+    scaled,
+)
 from workers.errors import InvalidRequestError
 from workers.geometry import preparation
 from workers.geometry.preparation import Step, View, default_view, open_view, prepare
@@ -16,7 +25,7 @@ from workers.geometry.topology import boundary_loops
 
 def test_the_default_view_closes_refines_and_simplifies() -> None:
     view = default_view(working_vertices=1500)
-    assert [step.name for step in view.steps] == ["close-loops", "refine", "simplify"]
+    assert [step.name for step in view.steps] == ["close-loops", "refine", "simplify", "double"]
     assert len(boundary_loops(prepare(cylinder(20, 10), view).mesh)) == 0
     assert prepare(box(), view).mesh.n_vertices >= 1000
     assert prepare(bumpy_sphere(4), view).mesh.n_vertices == pytest.approx(1500, rel=0.02)
@@ -24,6 +33,14 @@ def test_the_default_view_closes_refines_and_simplifies() -> None:
 
 def test_the_open_view_leaves_the_boundary() -> None:
     assert len(boundary_loops(prepare(cylinder(40, 30), open_view()).mesh)) == 2
+
+
+def test_a_sheet_is_doubled_once_it_is_simplified() -> None:
+    strip = rectangle(200, 20, 20.0, 2.0)  # p² / A = 48
+    prepared = prepare(strip, default_view(working_vertices=1500))
+    assert len(boundary_loops(prepared.mesh)) == 0
+    assert prepared.notes[-1].startswith("double: mirrored 1,")
+    assert prepared.mesh.area == pytest.approx(2 * strip.area, rel=0.01)
 
 
 def test_steps_say_what_they_did() -> None:
@@ -87,8 +104,9 @@ def test_whole_numbers_and_floats_have_one_key() -> None:
 @pytest.mark.parametrize(
     ("name", "parameters", "message"),
     [
-        ("melt", {}, "no preparation step 'melt'; expected one of .'close-loops', 'refine'"),
+        ("melt", {}, "no preparation step 'melt'; expected one of .'close-loops', 'double'"),
         ("refine", {}, "takes 'vertices', but was given"),
+        ("double", {"sides": 2}, "takes nothing, but was given"),
         ("refine", {"vertices": 1, "speed": 2}, "speed"),
         ("simplify", {"vertices": -1}, "expected a number from 0"),
         ("simplify", {"vertices": float("nan")}, "expected a number from 0"),

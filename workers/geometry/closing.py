@@ -1,6 +1,7 @@
-"""Holes closed by caps: the boundary loops that are compact, not the rims of partial scans.
+"""Open surfaces are closed: short boundary loops by caps, sheets by their own mirror image.
 
-SCIENCE.md, section 4: the largest single gain in retrieval.
+Holes are the largest single loss in retrieval. What tells a hole from the rim of a scan is how long
+it is: lengths along the surface do not change with the pose, the shape of a loop in space does.
 """
 
 import math
@@ -19,27 +20,23 @@ TIE = 2.0**-30  # of the way round a loop: nearer vertices count as side by side
 GROWTH = 1.2  # of the edges from ring to ring where a uniform cap would be too large
 
 
-def isoperimetric_quotient(points: FloatArray) -> float:
-    """4π |a| / p² of a closed polygon (l, 3): 1 for a circle, π/4 for a square, 0 for a slit.
+def relative_length(mesh: TriangleMesh, loop: IntArray) -> float:
+    """p² / A of a boundary loop (l,) of perimeter p on a surface of area A; without unit.
 
-    a is the vector area and p the perimeter; the quotient has no unit.
+    4π for the rim of a flat disc, 16 for that of a square; discs punched out of a body have up to
+    1, several that ran together up to about 15, outlines of what is seen from one side 90 and more.
     """
-    following = np.roll(points, -1, axis=0)
-    centre = points.mean(axis=0)
-    vector_area = 0.5 * np.cross(points - centre, following - centre).sum(axis=0)  # (3,)
-    perimeter = np.linalg.norm(following - points, axis=1).sum()
-    if perimeter == 0.0:
-        return 0.0
-    return float(4.0 * np.pi * np.linalg.norm(vector_area) / perimeter**2)
+    points = mesh.vertices[loop]
+    perimeter = np.linalg.norm(np.roll(points, -1, axis=0) - points, axis=1).sum()
+    return float(perimeter**2 / mesh.area)
 
 
-def close_loops(mesh: TriangleMesh, *, minimum_quotient: float = 0.1) -> TriangleMesh:
-    """Mesh whose compact boundary loops are closed.
+def close_loops(mesh: TriangleMesh, *, longest: float) -> TriangleMesh:
+    """Mesh whose short boundary loops are closed.
 
-    Each loop whose isoperimetric quotient is at least ``minimum_quotient`` is filled by
-    concentric rings to its centroid, with triangles about as long as its own edges. The
-    vertices and faces of the mesh stay the first ones, in their order; copies that are
-    rotated, scaled or renumbered get the same caps.
+    Each loop whose `relative_length` is at most ``longest`` is filled by concentric rings to its
+    centroid, with triangles about as long as its own edges. The vertices and faces of the mesh stay
+    the first ones, in their order; copies that are rotated, scaled or renumbered get the same caps.
     """
     rim = boundary_edges(mesh)
     if len(rim) == 0:
@@ -50,8 +47,7 @@ def close_loops(mesh: TriangleMesh, *, minimum_quotient: float = 0.1) -> Triangl
     closed = [
         loop
         for loop in loops
-        if isoperimetric_quotient(mesh.vertices[loop]) >= minimum_quotient
-        and tuple(sorted(loop.tolist())) not in lone
+        if relative_length(mesh, loop) <= longest and tuple(sorted(loop.tolist())) not in lone
     ]
     vertices, faces = [mesh.vertices], [mesh.faces]
     n_vertices = mesh.n_vertices
@@ -64,6 +60,26 @@ def close_loops(mesh: TriangleMesh, *, minimum_quotient: float = 0.1) -> Triangl
         faces.append(numbers[triangles])
         n_vertices += len(inner)
     return TriangleMesh(np.concatenate(vertices), np.concatenate(faces)) if closed else mesh
+
+
+def double(mesh: TriangleMesh) -> TriangleMesh:
+    """Mesh with its mirror image glued on along the boundary: the same places, wound the other way.
+
+    What is seen of a body from one side is a sheet, whose eigenfunctions are those of the body that
+    are even from front to back; on the doubled sheet the odd ones are there too. Faces all of
+    whose corners are on the boundary are not doubled. A closed mesh is returned as it is; the
+    vertices and faces of the mesh stay the first ones.
+    """
+    rim = np.unique(boundary_edges(mesh))
+    if len(rim) == 0:
+        return mesh
+    image = np.arange(mesh.n_vertices)
+    inner = np.setdiff1d(image, rim)
+    image[inner] = mesh.n_vertices + np.arange(len(inner))
+    doubled = ~np.isin(mesh.faces, rim).all(axis=1)  # (m,)
+    faces = image[mesh.faces[doubled]][:, ::-1]
+    vertices = np.concatenate([mesh.vertices, mesh.vertices[inner]])
+    return TriangleMesh(vertices, np.concatenate([mesh.faces, faces]))
 
 
 def cap(points: FloatArray, *, growth: float = 1.0) -> tuple[FloatArray, IntArray]:
