@@ -244,5 +244,10 @@ def _channel(model: Model, name: str | None) -> Channel:
 def _axis(channel: Channel) -> DistributionAxis:
     if channel.edges is not None:
         return DistributionAxis(kind="edges", values=list(channel.edges))
+    if channel.is_of_points:
+        time = float(channel.kernel.parameters["time"]) if channel.kernel else 1.0
+        return DistributionAxis(
+            kind="times", values=[time * level for level in channel.levels or ()]
+        )
     kind: Literal["levels", "index"] = "index" if channel.kernel is None else "levels"
     return DistributionAxis(kind=kind, values=list(channel.levels or ()))

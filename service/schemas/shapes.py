@@ -135,9 +135,10 @@ class SpectrumAnswer(Answer):
 class DistributionAxis(Answer):
     """Where the values of a distribution stand."""
 
-    kind: Literal["edges", "levels", "index"] = Field(
-        description="`edges` of bins (one more than values), quantile `levels`, or the `index` "
-        "of an eigenvalue"
+    kind: Literal["edges", "levels", "index", "times"] = Field(
+        description="`edges` of bins (one more than values), quantile `levels`, the `index` of an "
+        "eigenvalue, or the `times` of ln k(x,x) at a point, of which the values have one after "
+        "the other"
     )
     values: list[float]
 

@@ -15,9 +15,8 @@ from service.search.index import Snapshot
 from service.search.indexes import SearchIndexes, SearchModel, load_search_model
 from workers.errors import ModelNotReadyError, ShapeNotReadyError
 from workers.geometry.arrays import Float32Array, FloatArray, IntArray
-from workers.retrieval.dissimilarity import find_dissimilarity
 from workers.retrieval.model import Model
-from workers.retrieval.scan import distances, rank, similarity
+from workers.retrieval.scan import distances, rank, similarity, with_points
 from workers.storage.arrays import vector_from_bytes
 from workers.storage.collections import models_of
 from workers.storage.descriptors import get_vector
@@ -66,8 +65,7 @@ def choose_model(session: Session, collection: Collection, options: QueryOptions
             f"PUT /v1/collections/{collection.name}/model does that first"
         )
     if options.dissimilarity is not None:
-        for channel in search.model.channels:
-            find_dissimilarity(options.dissimilarity, distribution=channel.is_distribution)
+        search.model.check_dissimilarity(options.dissimilarity)
     return search
 
 
@@ -113,7 +111,13 @@ def answer_question(
     options, model = question.options, question.search.model
     snapshot = indexes.snapshot(collection.id, question.search)
     rows = _candidates(session, snapshot, collection, question)  # (m,)
-    far = _distances(snapshot, rows, question)  # (m,)
+    far = with_points(
+        question.vector,
+        lambda places: snapshot.matrix[rows[places]],
+        _distances(snapshot, rows, question),
+        model,
+        dissimilarity=options.dissimilarity,
+    )  # (m,)
     order, views = _nearest(session, snapshot, rows, far, options)
     near = similarity(far[order], model, dissimilarity=options.dissimilarity)
     matches = [

@@ -9,7 +9,6 @@ from sqlalchemy.orm import Session
 
 from workers.errors import ShapeNotReadyError
 from workers.pipeline.plans import describe_parts, evaluate_part
-from workers.retrieval.dissimilarity import find_dissimilarity
 from workers.retrieval.protocol import LabelledShape, LeftOut, Protocol, plan_protocol
 from workers.storage.blobs import BlobStore, frame_key
 from workers.storage.collections import get_collection
@@ -72,8 +71,8 @@ def frame_to_evaluate(session: Session, request: EvaluationRequest) -> Frame:
     collection = get_collection(session, request.collection)
     for name in request.models:
         model = load_model(session, name)
-        for channel in model.channels if request.dissimilarity else ():
-            find_dissimilarity(str(request.dissimilarity), distribution=channel.is_distribution)
+        if request.dissimilarity:
+            model.check_dissimilarity(request.dissimilarity)
     census = take_census(session, collection)
     if census.unfinished or census.unpacking:
         raise ShapeNotReadyError(

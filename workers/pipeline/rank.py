@@ -14,7 +14,7 @@ from workers.pipeline.workbench import Workbench
 from workers.retrieval.model import Model
 from workers.retrieval.protocol import Protocol
 from workers.retrieval.ranking import rank_queries
-from workers.retrieval.scan import distances
+from workers.retrieval.scan import distances, with_points
 from workers.storage.arrays import vector_from_bytes
 from workers.storage.blobs import ranking_key
 from workers.storage.change_feed import changes_after
@@ -46,7 +46,9 @@ def _rank(bench: Workbench, payload: Mapping[str, Any]) -> None:
 
     def far(place: int) -> FloatArray:
         query = matrix[protocol.queries[place]]
-        return distances(query, targets, model, dissimilarity=payload["dissimilarity"])
+        chosen = payload["dissimilarity"]
+        near = distances(query, targets, model, dissimilarity=chosen)
+        return with_points(query, lambda rows: targets[rows], near, model, dissimilarity=chosen)
 
     start, stop = payload["start"], payload["stop"]
     ranking = rank_queries(protocol, far, places=range(start, stop))

@@ -13,6 +13,7 @@ from workers.geometry.arrays import (
     read_only,
 )
 from workers.retrieval.model import Model
+from workers.retrieval.points import unfound_points
 from workers.retrieval.ranking_loss import RankingTerms
 
 CHUNK_QUERIES = 64
@@ -87,11 +88,17 @@ class BankShapes:
 
 
 def dissimilarities(shapes: BankShapes, candidates: Model) -> Float32Array:
-    """Dissimilarity D of every channel, (c, q, g): the sum of |a - b| over its numbers."""
+    """Dissimilarity D of every channel, (c, q, g), as `scan` has it: of most Σ |a - b|."""
     found = np.empty(
         (len(candidates.channels), len(shapes.queries), len(shapes.references)), dtype=np.float32
     )
     for channel, part in enumerate(candidates.slices.values()):
+        described = candidates.channels[channel]
+        if described.is_of_points:
+            rows, times = shapes.references[:, part], len(described.levels or ())
+            for number, query in enumerate(shapes.queries[:, part]):
+                found[channel, number] = unfound_points(query, rows, times)
+            continue
         references = shapes.references[None, :, part]  # (1, g, d)
         for start in range(0, len(shapes.queries), CHUNK_QUERIES):
             queries = shapes.queries[start : start + CHUNK_QUERIES, None, part]  # (b, 1, d)

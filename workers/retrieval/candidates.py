@@ -7,7 +7,8 @@ from workers.diffusion.kernels import BiharmonicKernel, HeatKernel, Kernel
 from workers.geometry.preparation import PREPARATION_VERSION, View
 from workers.geometry.spectrum import SOLVER_VERSION
 from workers.retrieval.builtin import DESCRIPTION_VERSION
-from workers.retrieval.channels import AREA, EIGENVALUES, LOG_DIAGONAL, Channel
+from workers.retrieval.channels import AREA, EIGENVALUES, LOG_DIAGONAL, POINTS, Channel
+from workers.retrieval.dissimilarity import UNFOUND
 from workers.retrieval.model import Model
 
 QUANTILE_LEVELS = (
@@ -22,6 +23,9 @@ HAT_TIMES = (0.0005, 0.001, 0.002, 0.004, 0.008, 0.03)
 RELATIVE_ENERGIES = (0.0, 1.0, 2.0, 3.0, 4.0)  # in ln λ/λ₁
 AREA_ENERGIES = (3.0, 4.0, 5.0, 6.0, 6.7)  # in ln λ at area 1; 100 eigenpairs end at about 7
 LEADING_EIGENVALUES = 15
+POINTS_TIME = 0.0005  # of a surface of area 1
+POINTS_TIMES = (1.0, 1.69, 2.856, 4.827, 8.157, 13.786, 23.298)  # a factor 1.69 apart
+POINTS_SAMPLES = 64
 
 
 def candidate_model(views: Sequence[View], *, power: float) -> Model:
@@ -81,6 +85,17 @@ def _of_view(view: str) -> Iterator[Channel]:
         feature=EIGENVALUES,
         normalisation="first-eigenvalue",
         levels=tuple(float(i) for i in range(2, LEADING_EIGENVALUES + 1)),
+    )
+
+    yield Channel(
+        name=f"{view}: points",
+        view=view,
+        kernel=HeatKernel(POINTS_TIME),
+        feature=POINTS,
+        normalisation="area",
+        levels=POINTS_TIMES,
+        dissimilarity=UNFOUND,
+        samples=POINTS_SAMPLES,
     )
 
 

@@ -13,20 +13,22 @@ from workers.diffusion.distributions import (
     weighted_mean,
     weighted_quantiles,
 )
-from workers.diffusion.kernels import Kernel, kernel_from_json, kernel_to_json
+from workers.diffusion.kernels import HeatKernel, Kernel, kernel_from_json, kernel_to_json
 from workers.errors import InvalidRequestError, KernelDomainError, SpectrumError
 from workers.geometry.arrays import Float32Array, FloatArray, IntArray
 from workers.geometry.sampling import SAMPLES
 from workers.geometry.solution import Solution
 from workers.geometry.spectrum import Spectrum
-from workers.retrieval.dissimilarity import find_dissimilarity
+from workers.retrieval.dissimilarity import UNFOUND, find_dissimilarity
+from workers.retrieval.points import point_signatures
 
 DISTANCES = "distance-distribution"
 DIAGONAL = "diagonal-distribution"
 LOG_DIAGONAL = "log-diagonal-distribution"
+POINTS = "log-diagonal-points"
 EIGENVALUES = "eigenvalues"
 AREA = "area"
-FEATURES = (DISTANCES, DIAGONAL, LOG_DIAGONAL, EIGENVALUES, AREA)
+FEATURES = (DISTANCES, DIAGONAL, LOG_DIAGONAL, POINTS, EIGENVALUES, AREA)
 WITHOUT_KERNEL = frozenset({EIGENVALUES, AREA})
 NORMALISATIONS = ("none", "area", "first-eigenvalue", "mean")
 CENTRES = ("none", "mean", "log-mean")
@@ -48,7 +50,8 @@ class Channel:
     feature : str
         "distance-distribution": of diffusion distances between sampled points, eq. (6);
         "diagonal-distribution": of k(x,x) at all vertices; "log-diagonal-distribution": of
-        ln k(x,x); "eigenvalues": their logarithms; "area": the logarithm of the surface's area.
+        ln k(x,x); "log-diagonal-points": of ln k(x,x) at sampled points, and at several times;
+        "eigenvalues": their logarithms; "area": the logarithm of the surface's area.
     normalisation : str
         The scale that is forgotten: "none"; "area" and "first-eigenvalue" scale the surface until
         that is 1; "mean" divides distances, values or eigenvalues by their mean.
@@ -59,7 +62,7 @@ class Channel:
         Bounds of a histogram's bins, fixed with the model; the outermost bins take what is beyond.
     levels : tuple of float or None
         Instead of edges: levels in (0, 1) of quantiles; for eigenvalues the numbers of those that
-        are taken, 1 being the first nonzero one.
+        are taken, 1 being the first nonzero one; for points multiples of the heat kernel's time.
     dissimilarity : str
         By which two such vectors are compared unless a query asks for another.
     scale, weight : float
@@ -89,25 +92,36 @@ class Channel:
             raise _unknown(self.name, "normalisation", self.normalisation, NORMALISATIONS)
         if self.centre not in CENTRES:
             raise _unknown(self.name, "centre", self.centre, CENTRES)
-        if self.centre != "none" and self.feature != LOG_DIAGONAL:
+        if self.centre != "none" and self.feature not in {LOG_DIAGONAL, POINTS}:
             raise self._invalid("only ln k(x,x) has a centre")
+        if self.feature == POINTS and not isinstance(self.kernel, HeatKernel):
+            raise self._invalid("points have a heat kernel")
         if (self.kernel is None) != (self.feature in WITHOUT_KERNEL):
             raise self._invalid("eigenvalues and area take no kernel, everything else needs one")
         if (self.edges is None) == (self.levels is None):
             raise self._invalid("expected either edges or levels")
         if self.edges is not None:
-            if self.feature in WITHOUT_KERNEL:
-                raise self._invalid("eigenvalues and area have levels and no edges")
+            if self.feature in {*WITHOUT_KERNEL, POINTS}:
+                raise self._invalid("points, eigenvalues and area have levels and no edges")
             if len(self.edges) < 2 or not np.all(np.diff(self.edges) > 0.0):
                 raise self._invalid("edges must ascend and be at least 2")
         if self.levels is not None and not self._levels_fit(self.levels):
             raise self._invalid(
-                "levels must be numbers between 0 and 1, or from 1 on for eigenvalues"
+                "levels must be numbers between 0 and 1, from 1 on for eigenvalues, above 0 for "
+                "points"
             )
         positive = self.scale > 0.0 and self.weight >= 0.0 and self.samples >= 1
         if not (positive and np.isfinite(self.scale) and np.isfinite(self.weight)):
             raise self._invalid("expected scale > 0, weight >= 0 and at least 1 sample")
-        find_dissimilarity(self.dissimilarity, distribution=self.is_distribution)
+        if self.is_of_points != (self.dissimilarity == UNFOUND):
+            raise self._invalid(f"points, and nothing else, are compared by {UNFOUND!r}")
+        if not self.is_of_points:
+            find_dissimilarity(self.dissimilarity, distribution=self.is_distribution)
+
+    @property
+    def is_of_points(self) -> bool:
+        """True where only the nearest candidates are compared, by points of the query."""
+        return self.feature == POINTS
 
     @property
     def is_distribution(self) -> bool:
@@ -117,7 +131,7 @@ class Channel:
     @property
     def dimension(self) -> int:
         """Numbers in the vector."""
-        return len(self.widths)
+        return len(self.widths) * (self.samples if self.is_of_points else 1)
 
     @property
     def widths(self) -> FloatArray:
@@ -169,6 +183,8 @@ class Channel:
         """Whether levels are what the feature needs."""
         if self.feature == AREA:
             return levels == (1.0,)
+        if self.feature == POINTS:
+            return len(levels) > 0 and all(level > 0.0 for level in levels)
         if self.feature == EIGENVALUES:
             return len(levels) > 0 and all(level >= 1 and level % 1 == 0 for level in levels)
         return len(levels) > 0 and all(0.0 < level < 1.0 for level in levels)
@@ -209,6 +225,8 @@ def describe_channel(solution: Solution, channel: Channel) -> Float32Array:
     spectrum = normalised_spectrum(solution.spectrum, channel.normalisation)
     if channel.kernel is None:
         return _log_eigenvalues(spectrum, channel)
+    if channel.is_of_points:
+        return _points(solution, spectrum, channel)
     if channel.feature == LOG_DIAGONAL:
         values = _log_diagonal(spectrum, channel.kernel, channel.centre)  # (n,)
         return _distribution_vector(values, spectrum.areas, channel)
@@ -236,6 +254,14 @@ def _log_eigenvalues(spectrum: Spectrum, channel: Channel) -> Float32Array:
     if channel.normalisation == "mean":
         eigenvalues = eigenvalues / eigenvalues.mean()
     return np.log(eigenvalues).astype(np.float32)
+
+
+def _points(solution: Solution, spectrum: Spectrum, channel: Channel) -> Float32Array:
+    """Return ln k(x,x) at farthest points and at multiples of the kernel's time."""
+    kernels = [HeatKernel(level * channel.kernel.time) for level in channel.levels or ()]  # type: ignore[union-attr]
+    logarithms = np.stack([_log_diagonal(spectrum, kernel, channel.centre) for kernel in kernels])
+    indices = solution.sample(channel.samples).indices
+    return point_signatures(logarithms, indices, channel.samples).astype(np.float32)
 
 
 def _log_diagonal(spectrum: Spectrum, kernel: Kernel, centre: str) -> FloatArray:

@@ -177,6 +177,10 @@ VECTOR_DISSIMILARITIES = ("l1", "l2", "linf")
 """Those that compare plain vectors too: eigenvalues, quantiles."""
 
 
+UNFOUND = "unfound-points"
+"""The one of point signatures, see `points.unfound_points`; a query cannot ask for it."""
+
+
 def find_dissimilarity(name: str, *, distribution: bool = True) -> Dissimilarity:
     """Return a dissimilarity for distributions, or for plain vectors.
 

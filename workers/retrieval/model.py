@@ -13,6 +13,7 @@ from workers.geometry.arrays import Float32Array, FloatArray, read_only
 from workers.geometry.preparation import View
 from workers.geometry.solution import Solution
 from workers.retrieval.channels import Channel, describe_channel
+from workers.retrieval.dissimilarity import find_dissimilarity
 
 CURVE_POINTS = 100
 CURVE_END = {"area": 1300.0}  # 4π · 100: the hundredth eigenvalue of a surface of area 1 (Weyl)
@@ -66,8 +67,33 @@ class Model:
             raise InvalidRequestError(
                 f"model {self.name!r} has no view {sorted(missing)[0]!r}, which a channel needs"
             )
+        if not self.scanned:
+            raise InvalidRequestError(
+                f"model {self.name!r} has channels of points alone, expected one that is scanned"
+            )
         if not (np.isfinite(self.fusion_power) and self.fusion_power > 0.0):
             raise InvalidRequestError(f"fusion power is {self.fusion_power}, expected > 0")
+
+    @property
+    def scanned(self) -> tuple[Channel, ...]:
+        """Channels by which all rows are compared."""
+        return tuple(channel for channel in self.channels if not channel.is_of_points)
+
+    @property
+    def matched(self) -> tuple[Channel, ...]:
+        """Channels of points, by which the nearest rows are compared."""
+        return tuple(channel for channel in self.channels if channel.is_of_points)
+
+    def check_dissimilarity(self, name: str) -> None:
+        """Refuse a dissimilarity that cannot be asked for instead of the channels' own.
+
+        Raises
+        ------
+        InvalidRequestError
+            There is none of this name, or it compares nothing that a channel has.
+        """
+        for channel in self.scanned:
+            find_dissimilarity(name, distribution=channel.is_distribution)
 
     @property
     def dimension(self) -> int:

@@ -1,6 +1,6 @@
 """The exact scan: distances of one query to all rows, their order, and what they mean."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
@@ -9,9 +9,17 @@ from numpy.typing import NDArray
 from workers.errors import InvalidRequestError
 from workers.geometry.arrays import Float32Array, FloatArray, IntArray
 from workers.retrieval.calibration import impostor_share, typical_distance
+from workers.retrieval.channels import Channel
 from workers.retrieval.dissimilarity import Dissimilarity, find_dissimilarity
 from workers.retrieval.fusion import fuse
 from workers.retrieval.model import Model
+from workers.retrieval.points import unfound_points
+
+RERANKED = 100
+"""How many of the nearest rows are looked at more closely, where a model has points."""
+
+FARTHEST = 16.0
+"""D / scale of points at most, and of all rows that are not looked at: so they stay behind."""
 
 CHUNK_BYTES = 1 << 20
 """Bytes of the matrix that all channels pass over before the next ones are read."""
@@ -26,8 +34,9 @@ def distances(
 ) -> FloatArray:
     """Distances Σ weight · (D / scale)^power of a query to every row, exactly.
 
-    A row's distance is the same, bit for bit, whatever other rows stand around it and in whatever
-    order; memory beside the result stays at some megabytes for a matrix of any length.
+    Channels of points are left out: `with_points` adds them. A row's distance is the same, bit for
+    bit, whatever other rows stand around it and in whatever order; memory beside the result stays
+    at some megabytes for a matrix of any length.
 
     Parameters
     ----------
@@ -54,18 +63,61 @@ def distances(
             f"query of shape {query.shape} and matrix of shape {matrix.shape} do not fit model "
             f"{model.name!r}, whose descriptors have {model.dimension} numbers"
         )
-    plan = [
-        (_comparison(model, i, dissimilarity), part, model.channels[i].widths)
-        for i, part in enumerate(model.slices.values())
-    ]
+    slices, scanned = model.slices, model.scanned
+    plan = [(_comparison(c, dissimilarity), slices[c.name], c.widths) for c in scanned]
     vector = np.asarray(query, dtype=np.float64)  # (d,)
     n, rows = len(matrix), max(1, CHUNK_BYTES // (4 * model.dimension))
     result = np.empty(n)
     for start in range(0, n, rows):
         block = matrix[start : start + rows]  # (c, d)
         parts = [compare(vector[part], block[:, part], widths) for compare, part, widths in plan]
-        result[start : start + rows] = fuse(parts, model.channels, power=model.fusion_power)
+        result[start : start + rows] = fuse(parts, scanned, power=model.fusion_power)
     return result
+
+
+def with_points(
+    query: Float32Array | FloatArray,
+    fetch: Callable[[IntArray], NDArray[Any]],
+    far: FloatArray,
+    model: Model,
+    *,
+    dissimilarity: str | None = None,
+) -> FloatArray:
+    """Distances to which the model's channels of points are added.
+
+    The query's points are looked for on the `RERANKED` nearest rows (and those as far as the last
+    of them); on all others they count as not found at all, so that no row that was not looked at
+    comes before one that was.
+
+    Parameters
+    ----------
+    query : (d,) float32
+    fetch : callable
+        From places (m,) in ``far``, ascending, to their rows (m, d).
+    far : (n,) float64
+        What `distances` gave.
+    model : Model
+    dissimilarity : str, optional
+        The one that `distances` was asked for with: points do not count then.
+
+    Returns
+    -------
+    (n,) float64; ``far`` itself where the model has no channels of points.
+    """
+    slices, matched = model.slices, model.matched
+    if not matched or dissimilarity or len(far) == 0:
+        return far
+    last = min(RERANKED, len(far)) - 1
+    places: IntArray = np.flatnonzero(far <= np.partition(far, last)[last])
+    rows = fetch(places)  # (m, d)
+    unfound = []
+    for channel in matched:
+        found = np.full(len(far), FARTHEST * channel.scale)
+        part = slices[channel.name]
+        near = unfound_points(query[part], rows[:, part], len(channel.levels or ()))
+        found[places] = np.minimum(near, FARTHEST * channel.scale)
+        unfound.append(found)
+    return far + fuse(unfound, matched, power=model.fusion_power)
 
 
 def rank(distances: FloatArray, ids: Sequence[str], limit: int) -> IntArray:
@@ -125,8 +177,7 @@ def similarity(
     return similar
 
 
-def _comparison(model: Model, number: int, dissimilarity: str | None) -> Dissimilarity:
+def _comparison(channel: Channel, dissimilarity: str | None) -> Dissimilarity:
     """Return the function that compares a channel."""
-    channel = model.channels[number]
     name = dissimilarity or channel.dissimilarity
     return find_dissimilarity(name, distribution=channel.is_distribution)
