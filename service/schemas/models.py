@@ -30,6 +30,13 @@ MODEL_EXAMPLE: JsonDict = {
             "weight": 1.0,
         }
     ],
+    "views": [
+        {
+            "name": "closed",
+            "steps": [{"name": "simplify", "parameters": {"vertices": 5000.0}}],
+            "eigenpairs": 100,
+        }
+    ],
     "fusion": {"power": 1.0},
     "versions": {"solver": "1"},
     "kernels": [
@@ -58,11 +65,27 @@ class ChannelAnswer(Answer):
     normalisation: str
     edges: list[float] | None = Field(None, description="bounds of a histogram's bins")
     levels: list[float] | None = Field(
-        None, description="levels of quantiles, or the numbers of eigenvalues"
+        None,
+        description="levels of quantiles, numbers of eigenvalues, or multiples of a point's time",
     )
     dissimilarity: str
     scale: float
     weight: float
+
+
+class StepAnswer(Answer):
+    """One step of a view."""
+
+    name: str
+    parameters: dict[str, float]
+
+
+class ViewAnswer(Answer):
+    """How a mesh is prepared before its spectrum is computed, step by step."""
+
+    name: str
+    steps: list[StepAnswer]
+    eigenpairs: int
 
 
 class Fusion(Answer):
@@ -90,14 +113,17 @@ class ModelAnswer(Answer):
     method: str
     state: ModelState
     parameters: dict[str, Any]
+    views: list[ViewAnswer] = Field(description="the preparations that channels name")
     channels: list[ChannelAnswer]
     fusion: Fusion
     versions: dict[str, str] = Field(description="what its descriptors depend on")
     kernels: list[KernelAnswer]
     training: dict[str, Any] | None = Field(
-        description="what it learns from, and then the report: the criterion of this and other "
-        "kernels on the classes learned from and on those held out, t*, the slope of ln K², the "
-        "range learned from, pairs that failed"
+        description="what it learns from, and then the report; of a kernel: the criterion of this "
+        "and other kernels on the classes learned from and on those held out, t*, the slope of "
+        "ln K², the range learned from, pairs that failed; of a bank: rows on the groups learned "
+        "from and on those held out, the ablation of each channel, how similarity kept its word, "
+        "variants that failed"
     )
     created_at: datetime
 
@@ -112,6 +138,7 @@ def answer_model(view: ModelView) -> ModelAnswer:
             "method": row.method,
             "state": view.state,
             "parameters": definition.get("parameters", {}),
+            "views": definition.get("views", []),
             "channels": definition.get("channels", []),
             "fusion": definition.get("fusion", {"power": 1.0}),
             "versions": definition.get("versions", {}),

@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
+from workers.geometry.arrays import IntArray
 from workers.geometry.mesh import TriangleMesh
 from workers.geometry.preparation import View, prepare
 from workers.geometry.sampling import SAMPLES, SurfaceSample, sample_surface
@@ -35,6 +36,14 @@ class Solution:
         if count not in self._drawn:
             self._drawn[count] = sample_surface(self.mesh, self.spectrum, count=count)
         return self._drawn[count]
+
+    def farthest_points(self, count: int) -> IntArray:
+        """Vertices of a sample of ``count`` points: the first ones of any larger one."""
+        if count < self.mesh.n_vertices:
+            for drawn in self.samples.values():
+                if len(drawn.indices) >= count:
+                    return drawn.indices[:count]
+        return self.sample(count).indices
 
 
 def solve(mesh: TriangleMesh, view: View) -> Solution:

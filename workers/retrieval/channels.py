@@ -260,7 +260,7 @@ def _points(solution: Solution, spectrum: Spectrum, channel: Channel) -> Float32
     """Return ln k(x,x) at farthest points and at multiples of the kernel's time."""
     kernels = [HeatKernel(level * channel.kernel.time) for level in channel.levels or ()]  # type: ignore[union-attr]
     logarithms = np.stack([_log_diagonal(spectrum, kernel, channel.centre) for kernel in kernels])
-    indices = solution.sample(channel.samples).indices
+    indices = solution.farthest_points(channel.samples)
     return point_signatures(logarithms, indices, channel.samples).astype(np.float32)
 
 
