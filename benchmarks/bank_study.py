@@ -92,7 +92,7 @@ def described(folder: Path, candidates: Model, processes: int) -> Benchmark:
         with np.load(kept, allow_pickle=False) as arrays:
             if str(arrays["versions"]) == versions:
                 return _arranged(names, arrays["rows"])
-    jobs = [(folder / name, candidates) for name in names]
+    jobs = [(folder / name, json.dumps(candidates.to_json())) for name in names]
     with multiprocessing.get_context("spawn").Pool(processes) as pool:
         rows = list(
             track(
@@ -107,9 +107,9 @@ def described(folder: Path, candidates: Model, processes: int) -> Benchmark:
     return _arranged(names, matrix)
 
 
-def _describe(job: tuple[Path, Model]) -> Float32Array:
+def _describe(job: tuple[Path, str]) -> Float32Array:
     """Descriptor of a file; of NaN where it cannot be described."""
-    path, candidates = job
+    path, candidates = job[0], Model.from_json(json.loads(job[1]))
     try:
         mesh = clean(parse(path.read_bytes(), filename=path.name).mesh).mesh
         return describe({view.name: solve(mesh, view) for view in candidates.views}, candidates)
