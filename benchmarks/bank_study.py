@@ -3,10 +3,12 @@
 ``python -m benchmarks.bank_study --training proteus-training --benchmark bench`` takes what
 ``make train-default`` stored and what ``proteus benchmark build`` made, and prints, for each way of
 training, the rows on the benchmark, and their mean beside that of all together with the 95 per
-cent interval of a paired bootstrap over shapes. Descriptors of the benchmark are kept in it.
+cent interval of a paired bootstrap over shapes. Descriptors of the benchmark are kept in it; with
+``--solutions DIR``, the data directory of a service that has it already, nothing is solved twice.
 """
 
 import argparse
+import hashlib
 import json
 import multiprocessing
 import os
@@ -30,9 +32,10 @@ from workers.geometry.cleaning import clean
 from workers.geometry.formats import parse
 from workers.geometry.solution import solve
 from workers.pipeline.naming import read_name
-from workers.pipeline.train_bank import bank_shapes
+from workers.pipeline.solve import solve_view
+from workers.pipeline.train_bank import bank_shapes, descriptors
+from workers.pipeline.training_parts import VARIANT, load_kept
 from workers.pipeline.training_variants import Variant
-from workers.pipeline.variant import load_variant
 from workers.pipeline.workbench import Workbench
 from workers.retrieval.bank import BankOptions, BankShapes, train_bank
 from workers.retrieval.bootstrap import difference, mean_of_rows
@@ -77,13 +80,15 @@ def trained_on(folder: Path) -> tuple[BankShapes, Model]:
         ).all()
     database.dispose()
     planned = sorted(map(Variant.from_payload, payloads), key=lambda variant: variant.number)
-    found = [(variant, load_variant(bench, variant)) for variant in planned]
-    there = [(variant, row) for variant, row in found if not isinstance(row, Failure)]
-    shapes = bank_shapes([variant for variant, _ in there], [row for _, row in there])
-    return shapes, planned[0].candidates
+    found = [(variant, load_kept(bench, VARIANT, variant)) for variant in planned]
+    there = [(variant, kept) for variant, kept in found if not isinstance(kept, Failure)]
+    rows = descriptors([kept for _, kept in there])
+    return bank_shapes([variant for variant, _ in there], rows), planned[0].candidates
 
 
-def described(folder: Path, candidates: Model, processes: int) -> Benchmark:
+def described(
+    folder: Path, candidates: Model, processes: int, solutions: Path | None = None
+) -> Benchmark:
     """Descriptors of a benchmark's files, computed where they are not kept in it already."""
     kept = folder / "candidates.npz"
     names = json.loads((folder / "benchmark.json").read_text())["files"]
@@ -92,7 +97,7 @@ def described(folder: Path, candidates: Model, processes: int) -> Benchmark:
         with np.load(kept, allow_pickle=False) as arrays:
             if str(arrays["versions"]) == versions:
                 return _arranged(names, arrays["rows"])
-    jobs = [(folder / name, json.dumps(candidates.to_json())) for name in names]
+    jobs = [(folder / name, json.dumps(candidates.to_json()), solutions) for name in names]
     with multiprocessing.get_context("spawn").Pool(processes) as pool:
         rows = list(
             track(
@@ -107,12 +112,19 @@ def described(folder: Path, candidates: Model, processes: int) -> Benchmark:
     return _arranged(names, matrix)
 
 
-def _describe(job: tuple[Path, str]) -> Float32Array:
+def _describe(job: tuple[Path, str, Path | None]) -> Float32Array:
     """Descriptor of a file; of NaN where it cannot be described."""
-    path, candidates = job[0], Model.from_json(json.loads(job[1]))
+    path, candidates, data_dir = job[0], Model.from_json(json.loads(job[1])), job[2]
     try:
-        mesh = clean(parse(path.read_bytes(), filename=path.name).mesh).mesh
-        return describe({view.name: solve(mesh, view) for view in candidates.views}, candidates)
+        data = path.read_bytes()
+        mesh = clean(parse(data, filename=path.name).mesh).mesh
+        if data_dir is None:
+            found = {view.name: solve(mesh, view) for view in candidates.views}
+        else:
+            blobs = BlobStore(Settings(data_dir=data_dir).resolved_blob_url)
+            digest = hashlib.sha256(data).hexdigest()
+            found = {v.name: solve_view(blobs, digest, mesh, v) for v in candidates.views}
+        return describe(found, candidates)
     except ProteusError:
         return np.full(candidates.dimension, np.nan, dtype=np.float32)
 
@@ -215,12 +227,13 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--training", type=Path, required=True)
     parser.add_argument("--benchmark", type=Path, required=True)
+    parser.add_argument("--solutions", type=Path, help="data directory with spectra")
     parser.add_argument("--processes", type=int, default=2)
     parser.add_argument("--way", action="append", choices=[*WAYS], help="again for more")
     parser.add_argument("--out", type=Path, help="write the figures as JSON")
     options = parser.parse_args()
     shapes, candidates = trained_on(options.training)
-    benchmark = described(options.benchmark, candidates, options.processes)
+    benchmark = described(options.benchmark, candidates, options.processes, options.solutions)
     ways = dict.fromkeys([BASE, *(options.way or WAYS)])
     found, channels = {}, {}
     for name in track(list(ways), "training", console=Console(stderr=True)):

@@ -34,9 +34,9 @@ def request_body(
     creatures: int,
     transformations: Sequence[str],
     strengths: Sequence[int],
-    views: Sequence[str],
+    views: Sequence[str] | None,
 ) -> Document:
-    """Return what is asked of the service."""
+    """Return what is asked of the service; its own default views if none are given."""
     return {
         "name": NAME,
         "method": "bank",

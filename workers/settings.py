@@ -60,7 +60,7 @@ class Settings(BaseSettings):
     worker_processes: int = Field(
         default_factory=available_processors, ge=1, le=256, description="processes of one worker"
     )
-    default_model: str = Field("heat", description="model of collections that name none")
+    default_model: str = Field("proteus", description="model of collections that name none")
     working_vertices: int = Field(
         5000, ge=500, le=100_000, description="vertices of the simplified mesh that is solved"
     )

@@ -21,7 +21,7 @@ app = typer.Typer(
     help="A benchmark of transformed shapes, as in the paper: build it, run models on it.",
     no_args_is_help=True,
 )
-DEFAULT_MODELS = ("commute-time", "heat", "biharmonic", "shape-dna")
+DEFAULT_MODELS = ("proteus", "commute-time", "heat", "biharmonic", "shape-dna")
 
 NullsOption = Annotated[
     Path | None,

@@ -26,9 +26,10 @@ from workers.geometry.solution import Solution
 from workers.pipeline import pair as pair_module
 from workers.pipeline import solve as solve_module
 from workers.pipeline.correspondence import CorrespondingPoints, Solved, corresponding_points
-from workers.pipeline.pair import load_pair
+from workers.pipeline.pair import learnt_from
 from workers.pipeline.plans import add_untrained
 from workers.pipeline.training_pairs import Pair
+from workers.pipeline.training_parts import PAIR, load_kept
 from workers.pipeline.work import run_part
 from workers.pipeline.workbench import Workbench
 from workers.retrieval.builtin import built_in_models
@@ -37,6 +38,7 @@ from workers.retrieval.model import Model
 from workers.storage.jobs import cancel_job, retry_job
 from workers.storage.migrate import migrate
 from workers.storage.models import Part
+from workers.storage.parts import Failure
 from workers.storage.trained_models import delete_model, load_model
 
 N_PAIRS = 6
@@ -265,8 +267,9 @@ def test_points_of_a_scaled_creature_correspond_exactly(
         payloads = session.query(Part).filter(Part.kind == "pair").all()
     scales = [Pair.from_payload(part.payload) for part in payloads[-N_PAIRS::2]]
     for pair, points in zip(scales, found[::2], strict=True):
-        learnt = load_pair(bench, pair)
-        assert isinstance(learnt, pair_module.Learnt)
+        kept = load_kept(bench, PAIR, pair)
+        assert not isinstance(kept, Failure)
+        learnt = learnt_from(kept)
         ratio = learnt.moments.transformed_area / learnt.moments.area
         assert_allclose(
             learnt.moments.eigenvalues, learnt.moments.transformed_eigenvalues, rtol=0.05

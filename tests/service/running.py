@@ -176,4 +176,10 @@ def running(settings: Settings) -> Iterator[Api]:
 
 
 def make_settings(folder: Path, **options: Any) -> Settings:
-    return Settings(data_dir=folder, working_vertices=500, worker_processes=1, **options)
+    """Small working meshes, and a default model of one channel under one view."""
+    usual: dict[str, Any] = {
+        "working_vertices": 500,
+        "worker_processes": 1,
+        "default_model": "heat",
+    }
+    return Settings(data_dir=folder, **(usual | options))

@@ -9,6 +9,7 @@ from numpy.testing import assert_allclose
 from tests.service.running import ZOO, Api
 from workers.retrieval.builtin import built_in_models
 from workers.storage.models import TrainedModel
+from workers.storage.shipped_models import shipped_model
 
 
 def add_model(api: Api, name: str, state: str = "ready") -> None:
@@ -29,15 +30,20 @@ def add_model(api: Api, name: str, state: str = "ready") -> None:
 
 def test_the_built_in_models_are_there_from_the_first_start(api: Api) -> None:
     models = api.get("/v1/models")["items"]
-    expected = {model.name: model for model in built_in_models(working_vertices=500)}
+    built_in = (
+        *built_in_models(working_vertices=500),
+        shipped_model(working_vertices=500),
+    )
+    expected = {model.name: model for model in built_in}
     assert {model["name"] for model in models} == expected.keys()
-    assert {"heat", "commute-time", "biharmonic", "shape-dna"} <= expected.keys()
+    assert {"proteus", "heat", "commute-time", "biharmonic", "shape-dna"} <= expected.keys()
     for model in models:
         assert model == api.get(f"/v1/models/{model['name']}")
         assert model["state"] == "ready"
         definition = expected[model["name"]].to_json()
         assert model["fusion"] == definition["fusion"]
         assert model["versions"] == definition["versions"]
+        assert model["views"] == definition["views"]
         for channel, defined in zip(model["channels"], definition["channels"], strict=True):
             assert {key: channel[key] for key in defined} == defined
 

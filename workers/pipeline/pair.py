@@ -1,18 +1,13 @@
 """A part of a training: a shape, a transformation of it, and the moments of both."""
 
 import hashlib
-import json
 from dataclasses import dataclass
 
 import numpy as np
 
 from workers.diffusion.pairs import PairMoments, pair_moments
 from workers.errors import (
-    BlobNotFoundError,
-    InsufficientTrainingDataError,
-    InvalidMeshError,
     InvalidRequestError,
-    KernelDomainError,
     SpectrumError,
 )
 from workers.geometry.arrays import IntArray
@@ -24,19 +19,9 @@ from workers.pipeline.correspondence import Solved, corresponding_points
 from workers.pipeline.solve import parse_upload, solve_view
 from workers.pipeline.training_meshes import load_creature, load_stored
 from workers.pipeline.training_pairs import CreatureSource, Pair, Simulation, StoredSource
+from workers.pipeline.training_parts import PAIR, Arrays, compute_kept
 from workers.pipeline.workbench import Workbench
-from workers.storage.arrays import pack, unpack
-from workers.storage.blobs import pair_failure_key, pair_key
-from workers.storage.parts import Claim, Failure, finish_part, report_failures
-
-OWN_REASONS = (
-    InsufficientTrainingDataError,
-    InvalidMeshError,
-    InvalidRequestError,
-    KernelDomainError,
-    SpectrumError,
-)
-"""Why a pair may fail again and again: the training goes on without it."""
+from workers.storage.parts import Claim
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,36 +35,16 @@ class Learnt:
 def compute_pair(bench: Workbench, claim: Claim) -> None:
     """Store the moments of a pair, unless they are there; a pair that has none is named."""
     pair = Pair.from_payload(claim.payload)
-    failures = []
-    try:
-        if not bench.blobs.exists(pair_key(pair.key)):
-            learnt = _learn_from(bench, pair)
-            arrays = {**learnt.moments.to_arrays(), "sha256": np.array(learnt.sha256)}
-            bench.blobs.put(pair_key(pair.key), pack(arrays))
-    except OWN_REASONS as error:
-        failure = Failure(pair.item, error.kind, str(error))
-        bench.blobs.put(pair_failure_key(pair.key), json.dumps(vars(failure)).encode())
-        failures.append(failure)
-    with bench.database.begin() as session:
-        report_failures(session, claim, failures, are_counted=True)
-        parts = finish_part(session, claim)
-    bench.send(parts)
+    compute_kept(bench, claim, PAIR, pair, lambda: _arrays(_learn_from(bench, pair)))
 
 
-def load_pair(bench: Workbench, pair: Pair) -> Learnt | Failure:
-    """What is stored of a pair, or the reason why there is nothing.
-
-    Raises
-    ------
-    BlobNotFoundError
-        The pair was not computed.
-    """
-    try:
-        arrays = unpack(bench.blobs.get(pair_key(pair.key)))
-    except BlobNotFoundError:
-        reason = json.loads(bench.blobs.get(pair_failure_key(pair.key)))
-        return Failure(pair.item, reason["type"], reason["detail"])
+def learnt_from(arrays: Arrays) -> Learnt:
+    """What was learned from a pair, as it is stored."""
     return Learnt(PairMoments.from_arrays(arrays), str(arrays["sha256"]))
+
+
+def _arrays(learnt: Learnt) -> Arrays:
+    return {**learnt.moments.to_arrays(), "sha256": np.array(learnt.sha256)}
 
 
 @dataclass(frozen=True, eq=False)

@@ -30,7 +30,7 @@ EVEN_BINS, TAIL_BINS, TAIL_FACTOR = 90, 10, 4.0
 
 
 def built_in_models(*, working_vertices: int = 5000) -> tuple[Model, ...]:
-    """Models heat (the default), commute-time, biharmonic and shape-dna, in this order.
+    """Models heat, commute-time, biharmonic and shape-dna, in this order.
 
     Parameters
     ----------

@@ -50,24 +50,14 @@ def ranking_key(evaluation_id: str, digest: str, number: int, start: int) -> str
     return f"evaluations/{evaluation_id}/{digest}.{number}.{start}.json"
 
 
-def pair_key(digest: str) -> str:
-    """Key of the moments of a pair of shapes (npz), by the digest of what they depend on."""
-    return f"pairs/{digest[:2]}/{digest}.npz"
+def training_key(kind: str, digest: str) -> str:
+    """Key of what a training keeps of a pair (its moments) or a variant (its descriptor)."""
+    return f"{kind}s/{digest[:2]}/{digest}.npz"
 
 
-def pair_failure_key(digest: str) -> str:
-    """Key of the reason why a pair of shapes has no moments (JSON)."""
-    return f"pairs/{digest[:2]}/{digest}.failure.json"
-
-
-def variant_key(digest: str) -> str:
-    """Key of the descriptor of a variant that a bank learns from."""
-    return f"variants/{digest[:2]}/{digest}.npz"
-
-
-def variant_failure_key(digest: str) -> str:
-    """Key of the reason why a variant has no descriptor."""
-    return f"variants/{digest[:2]}/{digest}.failure.json"
+def failure_key(kind: str, digest: str) -> str:
+    """Key of the reason why there is nothing of a pair or variant."""
+    return f"{kind}s/{digest[:2]}/{digest}.failure.json"
 
 
 class BlobStore:

@@ -16,6 +16,7 @@ from workers.logs import configure_logs
 from workers.retrieval.builtin import built_in_models
 from workers.settings import Settings, load_settings
 from workers.storage.database import Database
+from workers.storage.shipped_models import shipped_model
 from workers.storage.trained_models import ensure_models
 
 ADVISORY_LOCK = 0x50524F54  # one migration at a time on PostgreSQL
@@ -44,8 +45,9 @@ def migrate(settings: Settings) -> None:
     try:
         with database.begin() as session:
             migrate_schema(session)
-            models = built_in_models(working_vertices=settings.working_vertices)
-            ensure_models(session, models)
+            vertices = settings.working_vertices
+            models = built_in_models(working_vertices=vertices)
+            ensure_models(session, (*models, shipped_model(working_vertices=vertices)))
     finally:
         database.dispose()
 
