@@ -109,7 +109,5 @@ def test_collections_are_under_it_unless_they_say_otherwise(zoo: Api) -> None:
     assert distances == sorted(distances)
     zoo.upload("zoo", {"late.off": EGG})
     zoo.work()
-    late = zoo.ask_mesh("zoo", EGG, 202)
-    zoo.work()
-    first = zoo.get(f"/v1/queries/{late['query_id']}")["matches"][0]
+    first = zoo.ask_mesh("zoo", EGG)["matches"][0]  # its content is described already
     assert (first["distance"], first["similarity"]) == (0.0, 1.0)
