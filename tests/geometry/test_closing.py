@@ -165,7 +165,7 @@ def test_touching_holes_are_closed_each() -> None:
 def test_a_doubled_sheet_is_closed_and_twice_as_large() -> None:
     inner, triangles = cap(polygon(40, stretch=3.0))
     sheet = TriangleMesh(np.concatenate([polygon(40, stretch=3.0), inner]), triangles)
-    doubled = double(sheet)
+    doubled = double(sheet, longest=0.0)
     assert len(boundary_edges(doubled)) == 0
     assert euler_characteristic(doubled) == 2
     assert_allclose(doubled.area, 2 * sheet.area)
@@ -182,7 +182,7 @@ def test_a_doubled_hemisphere_has_the_spectrum_of_the_sphere() -> None:
     used, inverse = np.unique(upper, return_inverse=True)
     half = TriangleMesh(sphere.vertices[used], inverse.reshape(-1, 3))
     truth = first_eigenvalues(sphere, 8) * sphere.area
-    doubled = double(half)
+    doubled = double(half, longest=0.0)
     assert_allclose(first_eigenvalues(doubled, 8) * doubled.area, truth, rtol=0.05)
     left_open = first_eigenvalues(half, 8) * half.area
     assert np.abs(left_open / truth - 1).max() > 0.4
@@ -190,10 +190,11 @@ def test_a_doubled_hemisphere_has_the_spectrum_of_the_sphere() -> None:
 
 def test_what_has_no_inside_is_not_doubled() -> None:
     mesh = icosphere(1)
-    assert double(mesh) is mesh
+    assert double(mesh, longest=0.0) is mesh
     sheet = rectangle(12, 8)
-    eared = double(sheet)  # at two corners a face has all of its corners on the rim
+    assert double(sheet, longest=30.0) is sheet  # p² / A = 16
+    eared = double(sheet, longest=0.0)  # at two corners a face has all of its corners on the rim
     assert eared.n_faces == 2 * sheet.n_faces - 2
     assert len(boundary_edges(eared)) == 4
     strip = rectangle(60, 1, 60.0, 1.0)
-    assert double(strip).n_faces == strip.n_faces
+    assert double(strip, longest=0.0).n_faces == strip.n_faces

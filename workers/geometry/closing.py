@@ -62,16 +62,19 @@ def close_loops(mesh: TriangleMesh, *, longest: float) -> TriangleMesh:
     return TriangleMesh(np.concatenate(vertices), np.concatenate(faces)) if closed else mesh
 
 
-def double(mesh: TriangleMesh) -> TriangleMesh:
-    """Mesh with its mirror image glued on along the boundary: the same places, wound the other way.
+def double(mesh: TriangleMesh, *, longest: float) -> TriangleMesh:
+    """Sheet with its mirror image glued on along the boundary, at the same places.
 
-    What is seen of a body from one side is a sheet, whose eigenfunctions are those of the body that
-    are even from front to back; on the doubled sheet the odd ones are there too. Faces all of
-    whose corners are on the boundary are not doubled. A closed mesh is returned as it is; the
-    vertices and faces of the mesh stay the first ones.
+    A sheet has a loop whose `relative_length` is above ``longest``; any other mesh is returned as
+    it is, a body with the pinholes that simplification may leave among them. What is seen of a
+    body from one side is a sheet, whose eigenfunctions are those of the body that are even from
+    front to back; on the doubled sheet the odd ones are there too. The image is wound the other
+    way, without the faces all of whose corners are on the boundary. The vertices and faces of the
+    mesh stay the first ones.
     """
     rim = np.unique(boundary_edges(mesh))
-    if len(rim) == 0:
+    lengths = [relative_length(mesh, loop) for loop in boundary_loops(mesh)]
+    if max(lengths, default=0.0) <= longest:
         return mesh
     image = np.arange(mesh.n_vertices)
     inner = np.setdiff1d(image, rim)

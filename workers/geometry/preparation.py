@@ -16,7 +16,7 @@ from workers.geometry.simplification import simplify
 from workers.geometry.smoothing import smooth
 from workers.geometry.spectrum import SOLVER_VERSION
 
-PREPARATION_VERSION = "2"
+PREPARATION_VERSION = "3"
 """Part of every view's key: raised when a step gives another mesh than before."""
 
 LONGEST_LOOP = 30.0  # p² / A: longer ones are the rims of sheets, which are doubled
@@ -28,7 +28,7 @@ FEWEST_VERTICES = 1000  # a coarser mesh has too few eigenpairs
 _PARAMETERS: Mapping[str, tuple[str, ...]] = MappingProxyType(
     {
         "close-loops": ("longest",),
-        "double": (),
+        "double": ("longest",),
         "refine": ("vertices",),
         "simplify": ("vertices",),
         "smooth": ("time", "steps"),
@@ -53,7 +53,7 @@ class Step:
             )
         if set(self.parameters) != set(expected):
             raise InvalidRequestError(
-                f"step {self.name!r} takes {' and '.join(map(repr, expected)) or 'nothing'}, "
+                f"step {self.name!r} takes {' and '.join(map(repr, expected))}, "
                 f"but was given {sorted(self.parameters)}"
             )
         for key, value in self.parameters.items():
@@ -122,7 +122,7 @@ class View:
 
 
 CLOSING = Step("close-loops", {"longest": LONGEST_LOOP})
-DOUBLING = Step("double")
+DOUBLING = Step("double", {"longest": LONGEST_LOOP})
 SMOOTHING = Step("smooth", {"time": 3e-4, "steps": 3})
 """Takes off noise, and then handles and fingers; weaker and stronger was measured to be worse."""
 
@@ -221,9 +221,9 @@ def _smooth(mesh: TriangleMesh, parameters: Mapping[str, float]) -> _Outcome:
     return smooth(mesh, time=parameters["time"], steps=int(parameters["steps"])), ()
 
 
-def _double(mesh: TriangleMesh, _: Mapping[str, float]) -> _Outcome:
+def _double(mesh: TriangleMesh, parameters: Mapping[str, float]) -> _Outcome:
     """Run the step "double"."""
-    doubled = double(mesh)
+    doubled = double(mesh, longest=parameters["longest"])
     added = doubled.n_vertices - mesh.n_vertices
     return doubled, (f"mirrored {added:,} vertices",) if added else ()
 
