@@ -26,10 +26,18 @@ from workers.geometry.topology import boundary_loops
 
 def test_the_default_view_closes_refines_and_simplifies() -> None:
     view = default_view(working_vertices=1500)
-    assert [step.name for step in view.steps] == ["close-loops", "refine", "simplify", "double"]
+    assert [step.name for step in view.steps] == ["cap-holes", "refine", "simplify", "double"]
     assert len(boundary_loops(prepare(cylinder(20, 10), view).mesh)) == 0
     assert prepare(box(), view).mesh.n_vertices >= 1000
     assert prepare(bumpy_sphere(4), view).mesh.n_vertices == pytest.approx(1500, rel=0.02)
+
+
+def test_models_of_before_close_loops_by_their_quotient() -> None:
+    step = Step("close-loops", {"minimum_quotient": 0.1})
+    closed = prepare(cylinder(20, 10), View("closed", (step,))).mesh
+    assert len(boundary_loops(closed)) == 0
+    strip = rectangle(60, 1, 60.0, 1.0)  # quotient 4π·60 / 122² = 0.05
+    assert prepare(strip, View("closed", (step,))).mesh is strip
 
 
 def test_the_open_view_leaves_the_boundary() -> None:
@@ -56,7 +64,7 @@ def test_a_body_that_keeps_a_pinhole_is_not_doubled() -> None:
 def test_steps_say_what_they_did() -> None:
     prepared = prepare(cylinder(60, 60), default_view(working_vertices=1500))
     assert len(prepared.notes) == 2
-    assert re.fullmatch(r"close-loops: added [\d,]+ faces", prepared.notes[0])
+    assert re.fullmatch(r"cap-holes: added [\d,]+ faces", prepared.notes[0])
     assert re.fullmatch(r"simplify: [\d,]+ vertices made 1,5\d\d", prepared.notes[1])
 
 
@@ -114,7 +122,11 @@ def test_whole_numbers_and_floats_have_one_key() -> None:
 @pytest.mark.parametrize(
     ("name", "parameters", "message"),
     [
-        ("melt", {}, "no preparation step 'melt'; expected one of .'close-loops', 'double'"),
+        (
+            "melt",
+            {},
+            "no preparation step 'melt'; expected one of .'cap-holes', 'close-loops', 'double'",
+        ),
         ("refine", {}, "takes 'vertices', but was given"),
         ("refine", {"vertices": 1, "speed": 2}, "speed"),
         ("simplify", {"vertices": -1}, "expected a number from 0"),

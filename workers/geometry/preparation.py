@@ -27,7 +27,8 @@ FEWEST_VERTICES = 1000  # a coarser mesh has too few eigenpairs
 
 _PARAMETERS: Mapping[str, tuple[str, ...]] = MappingProxyType(
     {
-        "close-loops": ("longest",),
+        "cap-holes": ("longest",),
+        "close-loops": ("minimum_quotient",),
         "double": ("longest",),
         "refine": ("vertices",),
         "simplify": ("vertices",),
@@ -121,7 +122,7 @@ class View:
         return cls(name, steps, eigenpairs)
 
 
-CLOSING = Step("close-loops", {"longest": LONGEST_LOOP})
+CLOSING = Step("cap-holes", {"longest": LONGEST_LOOP})
 DOUBLING = Step("double", {"longest": LONGEST_LOOP})
 SMOOTHING = Step("smooth", {"time": 3e-4, "steps": 3})
 """Takes off noise, and then handles and fingers; weaker and stronger was measured to be worse."""
@@ -193,8 +194,8 @@ _Outcome = tuple[TriangleMesh, tuple[str, ...]]
 
 
 def _close(mesh: TriangleMesh, parameters: Mapping[str, float]) -> _Outcome:
-    """Run the step "close-loops"."""
-    closed = close_loops(mesh, longest=parameters["longest"])
+    """Run the step "cap-holes", or "close-loops", which models have that were made before it."""
+    closed = close_loops(mesh, **parameters)
     added = closed.n_faces - mesh.n_faces
     return closed, (f"added {added:,} faces",) if added else ()
 
@@ -230,6 +231,7 @@ def _double(mesh: TriangleMesh, parameters: Mapping[str, float]) -> _Outcome:
 
 _STEPS: Mapping[str, Callable[[TriangleMesh, Mapping[str, float]], _Outcome]] = MappingProxyType(
     {
+        "cap-holes": _close,
         "close-loops": _close,
         "double": _double,
         "refine": _refine,
