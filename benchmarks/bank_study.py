@@ -25,7 +25,6 @@ from rich.progress import track
 from rich.table import Table
 from sqlalchemy import select
 
-from service.default_model import NAME
 from workers.errors import ProteusError
 from workers.geometry.arrays import Float32Array, FloatArray, IntArray
 from workers.geometry.cleaning import clean
@@ -45,7 +44,7 @@ from workers.retrieval.scan import distances, with_points
 from workers.settings import Settings
 from workers.storage.blobs import BlobStore
 from workers.storage.database import Database
-from workers.storage.models import Job, Part
+from workers.storage.models import Part
 from workers.storage.parts import Failure
 
 BASE = "all together"
@@ -73,10 +72,13 @@ def trained_on(folder: Path) -> tuple[BankShapes, Model]:
     database = Database(settings.resolved_database_url)
     bench = Workbench(database, BlobStore(settings.resolved_blob_url), settings, lambda parts: None)
     with database.read() as session:
+        newest = (
+            select(Part.job_id).where(Part.kind == VARIANT).order_by(Part.job_id.desc()).limit(1)
+        )
         payloads = session.scalars(
-            select(Part.payload)
-            .join(Job, Job.id == Part.job_id)
-            .where(Part.kind == "variant", Job.model == NAME)
+            select(Part.payload).where(
+                Part.kind == VARIANT, Part.job_id == newest.scalar_subquery()
+            )
         ).all()
     database.dispose()
     planned = sorted(map(Variant.from_payload, payloads), key=lambda variant: variant.number)
@@ -200,8 +202,8 @@ WAYS: Mapping[str, Way] = {
         lambda channel: channel.kernel is not None and channel.kernel.kind == "heat"
     ),
     "at most 8 channels": only(lambda channel: True, BankOptions(channels=8)),
-    "at most 24 channels": only(lambda channel: True, BankOptions(channels=24)),
-    "at most 48 channels": only(lambda channel: True, BankOptions(channels=48)),
+    "at most 100 channels": only(lambda channel: True, BankOptions(channels=100)),
+    "at most 16 channels": only(lambda channel: True, BankOptions(channels=16)),
     "power 1/2": only(lambda channel: True, BankOptions(power=0.5)),
     "power 1": only(lambda channel: True, BankOptions(power=1.0)),
     "half of the shapes": half_of_the_shapes,

@@ -5,6 +5,8 @@ out into the package. Interrupted, the same command goes on where it was; nothin
 """
 
 import argparse
+import hashlib
+import json
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -15,16 +17,18 @@ from service.cli.embedded import service_for
 from service.cli.waiting import demand_success, wait_for_job
 from service.client import Client, Document, ServiceError
 from workers.geometry.creatures import TRAINING_SPECIES, make_creature
+from workers.geometry.preparation import PREPARATION_VERSION
 from workers.geometry.solution import solve
 from workers.geometry.transformations import PAPER_TRANSFORMATIONS, STRENGTHS
 from workers.pipeline.bank_plan import DEFAULT_CREATURES
+from workers.pipeline.training_variants import VARIANT_VERSIONS
+from workers.retrieval.bank import BANK_VERSION, MOST_CHANNELS, POWER
 from workers.retrieval.model import Model, describe
 from workers.settings import Settings, load_settings
 from workers.storage.database import Database
 from workers.storage.shipped_models import FOLDER, write_shipped
 from workers.storage.trained_models import get_model
 
-NAME = "bank-of-creatures"
 WITNESS_VERTICES = 4000
 WITNESS_DIGITS = 4
 
@@ -36,11 +40,17 @@ def request_body(
     strengths: Sequence[int],
     views: Sequence[str] | None,
 ) -> Document:
-    """Return what is asked of the service; its own default views if none are given."""
-    return {
-        "name": NAME,
+    """Return what is asked of the service; its own default views if none are given.
+
+    The name says what is asked, so that what was trained for something else is not taken for it.
+    """
+    asked: Document = {
         "method": "bank",
-        "parameters": {} if views is None else {"views": list(views)},
+        "parameters": {
+            "power": POWER,
+            "channels": MOST_CHANNELS,
+            **({} if views is None else {"views": list(views)}),
+        },
         "training": {
             "collection": None,
             "creatures": creatures,
@@ -49,6 +59,8 @@ def request_body(
             "seed": 0,
         },
     }
+    told = json.dumps([asked, BANK_VERSION, PREPARATION_VERSION, dict(VARIANT_VERSIONS)])
+    return {"name": f"bank-{hashlib.sha256(told.encode()).hexdigest()[:12]}", **asked}
 
 
 def train(client: Client, output: Output, body: Document) -> None:
@@ -64,20 +76,21 @@ def train(client: Client, output: Output, body: Document) -> None:
     except ServiceError as error:
         if error.status != 409:
             raise
-    (job,) = [job for job in client.pages("/v1/jobs?kind=train") if job["model"] == NAME]
+    jobs = [job for job in client.pages("/v1/jobs?kind=train") if job["model"] == body["name"]]
+    job = max(jobs, key=lambda job: str(job["created_at"]))
     if job["state"] in {"failed", "cancelled"}:
         job = client.request("POST", f"/v1/jobs/{job['id']}/retry").json()
     demand_success(wait_for_job(client, output, job, title="learning from creatures"))
     if not output.as_json:
-        show_bank(output, client.get(f"/v1/models/{NAME}"))
+        show_bank(output, client.get(f"/v1/models/{body['name']}"))
 
 
-def trained_definition(settings: Settings) -> dict[str, Any]:
+def trained_definition(settings: Settings, name: str) -> dict[str, Any]:
     """Definition of the trained bank as it is stored."""
     database = Database(settings.resolved_database_url)
     try:
         with database.read() as session:
-            return dict(get_model(session, NAME).row.definition)
+            return dict(get_model(session, name).row.definition)
     finally:
         database.dispose()
 
@@ -121,7 +134,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
         )
         with service_for(settings) as (url, _), Client(url) as client:
             train(client, output, body)
-        definition = trained_definition(settings)
+        definition = trained_definition(settings, body["name"])
         report = {
             **definition["training"],
             "request": body,

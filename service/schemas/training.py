@@ -108,7 +108,7 @@ class BankParameters(Body):
         "every candidate channel is tried under each, and a view that no channel needs is dropped",
     )
     power: float = Field(POWER, gt=0, le=1, description="p; at most 1 keeps the sum a metric")
-    channels: int = Field(MOST_CHANNELS, ge=4, le=64, description="at most so many are kept")
+    channels: int = Field(MOST_CHANNELS, ge=4, le=200, description="at most so many are kept")
 
     @field_validator("views")
     @classmethod

@@ -1,8 +1,10 @@
 """The ranking loss: its gradient, its minimum, and who counts as an impostor."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
-from numpy.testing import assert_allclose
+from numpy.testing import assert_allclose, assert_array_equal
 from scipy.optimize import approx_fprime
 from scipy.special import log_softmax
 
@@ -49,6 +51,16 @@ def test_a_ridge_evens_the_weights_out() -> None:
     terms = some_terms(telling=1)
     spreads = [np.ptp(learn_weights(terms, np.ones(4), ridge=ridge)) for ridge in (0.0, 0.1, 10.0)]
     assert spreads[0] > 2.0 * spreads[1] > 10.0 * spreads[2]
+
+
+def test_a_channel_of_another_kind_is_not_evened_out() -> None:
+    """Two points among a hundred scanned channels may have half of the weight."""
+    terms = some_terms(channels=6, telling=1)
+    other = replace(terms, alike=np.array([False] + [True] * 5))
+    evened, free = (learn_weights(each, np.ones(6), ridge=10.0) for each in (terms, other))
+    assert free[0] / free.sum() > 2.0 * evened[0] / evened.sum()
+    assert np.ptp(free[1:]) < 0.1
+    assert_array_equal(other.queries(np.arange(3)).channels(np.array([0, 2])).alike, [False, True])
 
 
 def test_the_start_does_not_matter() -> None:

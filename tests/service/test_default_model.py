@@ -13,10 +13,11 @@ from pathlib import Path
 
 import pytest
 
-from service.default_model import NAME, request_body
+from service.default_model import request_body
 from tests.pipeline.trainings import begin_bank, definition, small_bench, work
 from tests.service.running import EGG, ZOO, Api
 from workers.pipeline.training_plan import TrainingRequest
+from workers.retrieval.bank import MOST_CHANNELS
 from workers.storage.migrate import migrate
 from workers.storage.shipped_models import shipped_model, shipped_report
 
@@ -70,9 +71,9 @@ def test_a_killed_worker_changes_nothing(tmp_path: Path) -> None:
     bench = small_bench(tmp_path / "undisturbed")
     migrate(bench.settings)
     asked = TrainingRequest(transformations=("noise", "scale"), strengths=(2,), creatures=4)
-    begin_bank(bench, NAME, asked)
+    begin_bank(bench, "undisturbed", asked, channels=MOST_CHANNELS)
     work(bench)
-    expected = definition(bench, NAME)
+    expected = definition(bench, "undisturbed")
     bench.database.dispose()
     assert found["channels"] == expected["channels"]
     assert found["impostor_quantiles"] == expected["impostor_quantiles"]

@@ -19,6 +19,7 @@ from workers.geometry.solution import solve
 from workers.geometry.spectrum import SOLVER_VERSION
 from workers.geometry.transformations import PAPER_TRANSFORMATIONS, TRANSFORMATION_VERSION
 from workers.pipeline.training_variants import VARIANT_VERSION
+from workers.retrieval.bank import BANK_VERSION
 from workers.retrieval.builtin import DESCRIPTION_VERSION
 from workers.retrieval.candidates import candidate_model
 from workers.retrieval.model import describe
@@ -34,6 +35,7 @@ from workers.storage.shipped_models import (
 def test_it_was_trained_by_the_code_that_is_here() -> None:
     """Whoever raises a version runs ``make train-default``."""
     expected = {
+        "bank": BANK_VERSION,
         "creatures": CREATURES_VERSION,
         "description": DESCRIPTION_VERSION,
         "preparation": PREPARATION_VERSION,

@@ -21,9 +21,12 @@ from workers.retrieval.elimination import choose, eliminate
 from workers.retrieval.model import Model
 from workers.retrieval.ranking_loss import learn_weights
 
+BANK_VERSION = "1"
+"""Part of a bank's versions: raised when the same descriptors give another bank."""
+
 POWER = 0.25  # the sum stays a metric, and one channel that fails does not drown the others
-MOST_CHANNELS = 16
-TOLERANCE = 0.01  # share of the validation loss that a smaller bank may cost
+MOST_CHANNELS = 40
+TOLERANCE = 0.03  # share of the validation loss that a broader bank may cost
 VALIDATION_SHARE = 0.25  # of the groups
 FEWEST_GROUPS = 4  # with fewer nothing is held out
 
@@ -106,7 +109,7 @@ def train_bank(
         )
     found = dissimilarities(shapes, candidates)
     scales = np.where(_forgotten(shapes, candidates), 0.0, typical_scales(shapes, found))
-    terms = ranking_terms(shapes, found, scales, power=options.power)
+    terms = ranking_terms(shapes, candidates, found, scales, power=options.power)
     useful = np.flatnonzero(scales > 0.0)
     held_out = held_out_queries(shapes)
     training = terms.queries(np.flatnonzero(~held_out))
@@ -119,7 +122,7 @@ def train_bank(
     model = replace(
         model,
         parameters=parameters,
-        versions={**model.versions, **versions},
+        versions={**model.versions, **versions, "bank": BANK_VERSION},
         impostor_quantiles=impostor_quantiles(impostor_distances(chosen, weights)),
     )
     names = [candidates.channels[number].name for number in useful]

@@ -121,9 +121,16 @@ def typical_scales(shapes: BankShapes, found: Float32Array) -> FloatArray:
 
 
 def ranking_terms(
-    shapes: BankShapes, found: Float32Array, scales: FloatArray, *, power: float
+    shapes: BankShapes,
+    candidates: Model,
+    found: Float32Array,
+    scales: FloatArray,
+    *,
+    power: float,
 ) -> RankingTerms:
     """(D/s)^p of the channels with a scale above 0, in their order.
+
+    Channels that are scanned are alike; points are of another kind, and few.
 
     Raises
     ------
@@ -138,4 +145,7 @@ def ranking_terms(
         )
     per_channel: Float32Array = scales[useful, None, None].astype(np.float32)
     terms: Float32Array = np.power(found[useful] / per_channel, np.float32(power))
-    return RankingTerms(terms, shapes.truth, shapes.excluded, shapes.importance)
+    scanned = np.array([not channel.is_of_points for channel in candidates.channels])
+    return RankingTerms(
+        terms, shapes.truth, shapes.excluded, shapes.importance, alike=scanned[useful]
+    )

@@ -80,7 +80,10 @@ def eliminate(
 
 
 def choose(stages: list[Stage], *, most: int, tolerance: float) -> Stage:
-    """Return the smallest bank of at most so many channels whose loss is within a tolerance.
+    """Return the largest bank of at most so many channels whose loss is within a tolerance.
+
+    On shapes that are like those learned from a few channels do as well as many; on others many do
+    better.
 
     Parameters
     ----------
@@ -92,7 +95,7 @@ def choose(stages: list[Stage], *, most: int, tolerance: float) -> Stage:
     """
     small = [stage for stage in stages if len(stage.channels) <= most] or stages[-1:]
     least = min(stage.loss for stage in small)
-    return [stage for stage in small if stage.loss <= (1.0 + tolerance) * least][-1]
+    return next(stage for stage in small if stage.loss <= (1.0 + tolerance) * least)
 
 
 def _least_missed(terms: RankingTerms, weights: FloatArray) -> int:

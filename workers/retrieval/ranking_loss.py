@@ -26,12 +26,15 @@ class RankingTerms:
         References that are no impostors of a query though they are not its own.
     importance : (q,) float64
         Share of each query in the loss; the sum is 1.
+    alike : (c,) bool or None
+        Channels that are of one kind, so that even weights are expected of them; None for all.
     """
 
     terms: Float32Array
     truth: IntArray
     excluded: BoolArray
     importance: FloatArray
+    alike: BoolArray | None = None
 
     @property
     def n_channels(self) -> int:
@@ -40,7 +43,8 @@ class RankingTerms:
 
     def channels(self, chosen: IntArray) -> "RankingTerms":
         """Only these channels."""
-        return RankingTerms(self.terms[chosen], self.truth, self.excluded, self.importance)
+        alike = None if self.alike is None else self.alike[chosen]
+        return RankingTerms(self.terms[chosen], self.truth, self.excluded, self.importance, alike)
 
     def queries(self, chosen: IntArray) -> "RankingTerms":
         """Only these queries, in equal shares of what they had."""
@@ -50,6 +54,7 @@ class RankingTerms:
             self.truth[chosen],
             self.excluded[chosen],
             importance / importance.sum(),
+            self.alike,
         )
 
     def distances(self, weights: FloatArray) -> FloatArray:
@@ -77,7 +82,7 @@ def learn_weights(terms: RankingTerms, start: FloatArray, *, ridge: float = RIDG
     """Weights >= 0 that minimise the loss and are not far from even; the problem is convex.
 
     Shapes that weights are learned on are never quite like those they are used on: what has not
-    been seen to help counts as much as the rest.
+    been seen to help counts as much as the rest of its kind.
 
     Parameters
     ----------
@@ -85,20 +90,22 @@ def learn_weights(terms: RankingTerms, start: FloatArray, *, ridge: float = RIDG
     start : (c,) float64
         Where to begin.
     ridge : float
-        Of the squared distance of the weights from even ones.
+        Of the squared distance of the weights of channels that are alike from even ones.
 
     Returns
     -------
     (c,) float64, not negative; their sum says how sharp the softmax is.
     """
     flat = terms.terms.reshape(terms.n_channels, -1)
+    every = np.ones(terms.n_channels, dtype=np.bool_)
+    alike = every if terms.alike is None or not terms.alike.any() else terms.alike
     places = np.arange(len(terms.truth))
     own = terms.terms[:, places, terms.truth].astype(np.float64)  # (c, q)
     of_own = own @ terms.importance  # (c,)
 
     def value_and_gradient(weights: FloatArray) -> tuple[float, FloatArray]:
         fused = terms.distances(weights)
-        uneven = weights - weights.mean()
+        uneven = np.where(alike, weights - weights.mean(where=alike), 0.0)
         loss = _loss_of(terms, fused) + ridge * float(uneven @ uneven)
         loss += SHRINKAGE * float(weights @ weights)
         nearest = fused.min(axis=1, keepdims=True)
