@@ -155,7 +155,8 @@ def test_a_training_is_a_job_and_ends_with_a_model(zoo: Api) -> None:
     kernel = kernel_from_json(model["channels"][0]["kernel"])
     squared = kernel.squared_transfer(np.array(curve["eigenvalues"]))
     assert_allclose(curve["squared_transfer"], squared, rtol=1e-12)
-    assert zoo.get("/v1/models")["items"][-2]["training"] == report
+    listed = {item["name"]: item for item in zoo.get("/v1/models")["items"]}
+    assert listed["mine"]["training"] == report
 
 
 def test_a_client_can_hold_on_for_a_training(zoo: Api) -> None:

@@ -42,7 +42,7 @@ def test_migrating_from_several_processes_at_once_does_no_harm(settings: Setting
     with database.read() as session:
         names = session.scalars(select(TrainedModel.name)).all()
     database.dispose()
-    assert sorted(names) == ["biharmonic", "commute-time", "heat", "shape-dna"]
+    assert sorted(names) == ["biharmonic", "commute-time", "heat", "proteus", "shape-dna"]
 
 
 def test_the_schema_can_be_taken_back(database: Database) -> None:
