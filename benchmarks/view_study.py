@@ -1,0 +1,137 @@
+"""What each way of preparing, solving and describing shapes gives, before anything is learned.
+
+``python -m benchmarks.view_study --benchmark bench`` describes what ``proteus benchmark build``
+made under all candidate channels of several views, and prints, for each set of views, the rows
+with even weights, and their mean beside that of the shipped views with the 95 per cent interval of
+a paired bootstrap over shapes. Scales are taken from the benchmark's own copies, for every set
+alike, and the points weigh as much as twenty other channels: so the means compare sets with each
+other, not with a trained bank. Descriptors are kept in the benchmark's folder.
+"""
+
+import argparse
+import os
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+
+os.environ.setdefault("OMP_NUM_THREADS", "1")
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
+import numpy as np
+
+from benchmarks.described import described, of_channels, scores_of, show_rows
+from workers.geometry.arrays import Float32Array
+from workers.geometry.preparation import CLOSING, DOUBLING, SMOOTHING, Step, View, named_view
+from workers.retrieval.bank import POWER
+from workers.retrieval.bank_shapes import BankShapes, dissimilarities, typical_scales
+from workers.retrieval.candidates import QUANTILE_LEVELS, candidate_model
+from workers.retrieval.channels import AREA, LOG_DIAGONAL
+from workers.retrieval.model import Model
+
+WEIGHT_OF_POINTS = 20.0
+SHIPPED = "closed + smooth"
+
+
+def _changed(view: View, step: Step, other: Step | None, name: str) -> View:
+    """View with another step in the place of one, or without it."""
+    steps = [other if each == step else each for each in view.steps]
+    return View(name, tuple(each for each in steps if each is not None), view.eigenpairs)
+
+
+CLOSED, SMOOTH = named_view("closed"), named_view("smooth")
+VIEWS: Mapping[str, View] = {
+    view.name: view
+    for view in (
+        CLOSED,
+        SMOOTH,
+        named_view("open"),
+        named_view("smooth-open"),
+        replace(named_view("closed", working_vertices=2500), name="closed of 2,500"),
+        replace(CLOSED, name="closed, k = 200", eigenpairs=200),
+        replace(CLOSED, name="closed, k = 50", eigenpairs=50),
+        _changed(CLOSED, DOUBLING, None, "closed, not doubled"),
+        _changed(CLOSED, CLOSING, Step("close-loops", {"minimum_quotient": 0.1}), "quotient"),
+        _changed(SMOOTH, SMOOTHING, Step("smooth", {"time": 1e-4, "steps": 1}), "smooth 1e-4"),
+        _changed(SMOOTH, SMOOTHING, Step("smooth", {"time": 1e-3, "steps": 3}), "smooth 3 × 1e-3"),
+    )
+}
+SETS: Mapping[str, tuple[str, ...]] = {
+    SHIPPED: ("closed", "smooth"),
+    "closed": ("closed",),
+    "smooth": ("smooth",),
+    "closed of 2,500 + smooth": ("closed of 2,500", "smooth"),
+    "closed, k = 200 + smooth": ("closed, k = 200", "smooth"),
+    "closed, k = 50 + smooth": ("closed, k = 50", "smooth"),
+    "closed, not doubled + smooth": ("closed, not doubled", "smooth"),
+    "quotient + smooth": ("quotient", "smooth"),
+    "open + smooth-open": ("open", "smooth-open"),
+    "closed + smooth 1e-4": ("closed", "smooth 1e-4"),
+    "closed + smooth 3 × 1e-3": ("closed", "smooth 3 × 1e-3"),
+    "closed + smooth + smooth 3 × 1e-3": ("closed", "smooth", "smooth 3 × 1e-3"),
+    "all four of SCIENCE": ("open", "closed", "smooth-open", "smooth"),
+}
+SLOPES = "closed + smooth, slopes of quantiles too"
+
+
+def without_area(views: Sequence[View]) -> Model:
+    """Candidates under these views, but for the one that sees scale."""
+    candidates = candidate_model(views, power=POWER)
+    kept = tuple(channel for channel in candidates.channels if channel.feature != AREA)
+    return replace(candidates, channels=kept)
+
+
+def even(shapes: BankShapes, candidates: Model) -> Model:
+    """Model of all candidates that tell anything, with even weights."""
+    scales = typical_scales(shapes, dissimilarities(shapes, candidates))
+    channels = tuple(
+        replace(
+            channel, scale=float(scale), weight=WEIGHT_OF_POINTS if channel.is_of_points else 1.0
+        )
+        for channel, scale in zip(candidates.channels, scales, strict=True)
+        if scale > 0.0
+    )
+    return replace(candidates, channels=channels)
+
+
+def with_slopes(shapes: BankShapes, candidates: Model) -> tuple[BankShapes, Model]:
+    """Shapes under one more channel for each of ln k(x,x): the slopes of its quantiles."""
+    slopes = [
+        replace(channel, name=f"{channel.name}, slopes", levels=(channel.levels or ())[1:])
+        for channel in candidates.channels
+        if channel.feature == LOG_DIAGONAL
+    ]
+    steps = np.diff(QUANTILE_LEVELS)
+
+    def longer(rows: Float32Array) -> Float32Array:
+        parts = [rows] + [
+            np.diff(rows[:, candidates.slices[channel.name]], axis=1) / steps
+            for channel in candidates.channels
+            if channel.feature == LOG_DIAGONAL
+        ]
+        return np.concatenate(parts, axis=1, dtype=np.float32)
+
+    more = replace(shapes, references=longer(shapes.references), queries=longer(shapes.queries))
+    return more, replace(candidates, channels=(*candidates.channels, *slopes))
+
+
+def main() -> None:
+    """Describe, measure each set of views, and print."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--benchmark", type=Path, required=True)
+    parser.add_argument("--processes", type=int, default=2)
+    parser.add_argument("--set", action="append", choices=[*SETS, SLOPES], help="again for more")
+    options = parser.parse_args()
+    found, channels = {}, {}
+    for name in dict.fromkeys([SHIPPED, *(options.set or [*SETS, SLOPES])]):
+        candidates = without_area([VIEWS[view] for view in SETS.get(name, SETS[SHIPPED])])
+        shapes = described(options.benchmark, candidates, options.processes)
+        if name == SLOPES:
+            shapes, candidates = with_slopes(shapes, candidates)
+        model = even(shapes, candidates)
+        found[name] = scores_of(model, of_channels(shapes, candidates, model))
+        channels[name] = len(model.channels)
+    show_rows(found, channels, shapes)
+
+
+if __name__ == "__main__":
+    main()
