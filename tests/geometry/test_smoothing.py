@@ -1,15 +1,21 @@
 """Implicit smoothing: a closed form, invariances, and what it is for."""
 
+from collections.abc import Callable
+from functools import partial
+
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
 from tests.meshes import bumpy_sphere, icosphere, renumbered, rotated, scaled, translated
 from workers.errors import InvalidRequestError
+from workers.geometry.laplacian import mesh_laplacian
 from workers.geometry.mesh import TriangleMesh
-from workers.geometry.smoothing import smooth
+from workers.geometry.smoothing import fair, smooth
 
 TIME = 1e-3
+Smoothing = Callable[[TriangleMesh], TriangleMesh]
+WAYS = (partial(smooth, time=TIME, steps=2), partial(fair, time=TIME))
 
 
 def test_a_sphere_shrinks_as_its_coordinates_are_eigenfunctions() -> None:
@@ -30,24 +36,60 @@ def test_noise_goes_and_the_shape_stays() -> None:
     assert radii.mean() == pytest.approx(1.0, abs=0.05)
 
 
-def test_it_does_not_see_unit_place_or_numbering() -> None:
+@pytest.mark.parametrize("way", WAYS, ids=["smooth", "fair"])
+def test_it_does_not_see_unit_place_or_numbering(way: Smoothing) -> None:
     mesh = bumpy_sphere(3)
     rng = np.random.default_rng(1)
-    smoothed = smooth(mesh, time=TIME, steps=2)
-    assert_allclose(
-        smooth(scaled(mesh, 1e3), time=TIME, steps=2).vertices, 1e3 * smoothed.vertices, rtol=1e-9
-    )
-    moved = smooth(translated(mesh, (5.0, -3.0, 1.0)), time=TIME, steps=2)
+    smoothed = way(mesh)
+    assert_allclose(way(scaled(mesh, 1e3)).vertices, 1e3 * smoothed.vertices, rtol=1e-9)
+    moved = way(translated(mesh, (5.0, -3.0, 1.0)))
     assert_allclose(moved.vertices, translated(smoothed, (5.0, -3.0, 1.0)).vertices, atol=1e-12)
-    turned = smooth(rotated(mesh, np.random.default_rng(2)), time=TIME, steps=2)
+    turned = way(rotated(mesh, np.random.default_rng(2)))
     assert_allclose(
         turned.vertices, rotated(smoothed, np.random.default_rng(2)).vertices, atol=1e-12
     )
     shuffled, order = renumbered(mesh, rng)
-    found = smooth(shuffled, time=TIME, steps=2).vertices
+    found = way(shuffled).vertices
     distances = np.linalg.norm(found[:, None] - smoothed.vertices[None], axis=2)
     assert distances.min(axis=1).max() < 1e-12
     assert len(order) == mesh.n_vertices
+
+
+def test_fairing_equilateral_triangles_is_a_step_of_smoothing() -> None:
+    radii = np.linalg.norm(fair(icosphere(4), time=TIME).vertices, axis=1)  # nearly equilateral
+    assert_allclose(radii, 1.0 / (1.0 + 8.0 * np.pi * TIME), rtol=0.01)
+
+
+def test_fairing_averages_noise_however_large_and_uneven_the_triangles() -> None:
+    mesh = uneven_sphere(4, 4.0)
+    rng = np.random.default_rng(0)
+    noise = 0.1 * rng.normal(size=mesh.vertices.shape)
+    noisy = TriangleMesh(mesh.vertices + noise, mesh.faces)
+    assert noisy.area > 2.0 * mesh.area
+    left, left_by_smoothing = (
+        np.sqrt(np.mean((way(noisy).vertices - way(mesh).vertices) ** 2))
+        for way in (partial(fair, time=TIME), partial(smooth, time=TIME))
+    )
+    assert left < 0.5 * 0.1
+    assert left < 0.8 * left_by_smoothing
+
+
+def test_what_is_coarse_beside_something_fine_stays_where_it_is() -> None:
+    mesh = uneven_sphere(5, 30.0)
+    areas = mesh_laplacian(mesh).areas
+    coarse = areas > 100.0 * areas.mean()
+    assert coarse.sum() > 10
+    moved = np.linalg.norm(fair(mesh, time=3e-4).vertices - mesh.vertices, axis=1)
+    assert moved[coarse].max() < 0.05
+
+
+def uneven_sphere(subdivisions: int, factor: float) -> TriangleMesh:
+    """Unit sphere of nearly equilateral triangles: large about one pole, small about the other."""
+    x, y, z = icosphere(subdivisions).vertices.T
+    plane = factor * (x + 1j * y) / (1.0 - np.minimum(z, 1.0 - 1e-9))  # stereographic projection
+    squared = np.abs(plane) ** 2
+    vertices = np.stack([2 * plane.real, 2 * plane.imag, squared - 1], axis=1)
+    return TriangleMesh(vertices / (squared + 1)[:, None], icosphere(subdivisions).faces)
 
 
 def test_a_sphere_stays_one_through_many_steps() -> None:
@@ -80,11 +122,14 @@ def test_nothing_happens_in_no_time() -> None:
     mesh = bumpy_sphere(2)
     assert smooth(mesh, time=0.0) is mesh
     assert smooth(mesh, time=TIME, steps=0) is mesh
+    assert fair(mesh, time=0.0) is mesh
 
 
 @pytest.mark.parametrize("time", [-1e-4, np.nan, np.inf])
 def test_times_that_are_none_are_refused(time: float) -> None:
     with pytest.raises(InvalidRequestError, match="smoothing time"):
         smooth(icosphere(1), time=time)
+    with pytest.raises(InvalidRequestError, match="smoothing time"):
+        fair(icosphere(1), time=time)
     with pytest.raises(InvalidRequestError, match="steps are -1"):
         smooth(icosphere(1), time=TIME, steps=-1)

@@ -13,13 +13,13 @@ from workers.geometry.closing import close_loops, double
 from workers.geometry.mesh import TriangleMesh
 from workers.geometry.refinement import refine
 from workers.geometry.simplification import simplify
-from workers.geometry.smoothing import smooth
+from workers.geometry.smoothing import fair, smooth
 from workers.geometry.spectrum import SOLVER_VERSION
 
 PREPARATION_VERSION = "3"
 """Part of every view's key: raised when a step gives another mesh than before."""
 
-LONGEST_LOOP = 30.0  # p² / A: longer ones are the rims of sheets, which are doubled
+LONGEST_LOOP = 50.0  # p² / A: longer ones are the rims of sheets, which are doubled
 SMOOTHED_VERTICES = 2500  # nothing finer is left of a smoothed surface
 VIEW_NAMES = ("closed", "open", "smooth", "smooth-open")
 FEWEST_VERTICES = 1000  # a coarser mesh has too few eigenpairs
@@ -30,6 +30,7 @@ _PARAMETERS: Mapping[str, tuple[str, ...]] = MappingProxyType(
         "cap-holes": ("longest",),
         "close-loops": ("minimum_quotient",),
         "double": ("longest",),
+        "fair": ("time",),
         "refine": ("vertices",),
         "simplify": ("vertices",),
         "smooth": ("time", "steps"),
@@ -124,6 +125,9 @@ class View:
 
 CLOSING = Step("cap-holes", {"longest": LONGEST_LOOP})
 DOUBLING = Step("double", {"longest": LONGEST_LOOP})
+FAIRING = Step("fair", {"time": 3e-4})
+"""Averages noise, however large, before areas and angles are believed."""
+
 SMOOTHING = Step("smooth", {"time": 3e-4, "steps": 3})
 """Takes off noise, and then handles and fingers; weaker and stronger was measured to be worse."""
 
@@ -160,7 +164,7 @@ def named_view(name: str, *, working_vertices: int = 5000) -> View:
         make = open_view if name == "open" else default_view
         return make(working_vertices=working_vertices)
     refining, simplifying = _sizing(min(working_vertices, SMOOTHED_VERTICES))
-    steps = (refining, SMOOTHING, simplifying)
+    steps = (refining, FAIRING, SMOOTHING, simplifying)
     return View(name, steps if name == "smooth-open" else (CLOSING, *steps, DOUBLING))
 
 
@@ -217,6 +221,11 @@ def _simplify(mesh: TriangleMesh, parameters: Mapping[str, float]) -> _Outcome:
     return simplified.mesh, (*simplified.checked, sentence)
 
 
+def _fair(mesh: TriangleMesh, parameters: Mapping[str, float]) -> _Outcome:
+    """Run the step "fair"."""
+    return fair(mesh, time=parameters["time"]), ()
+
+
 def _smooth(mesh: TriangleMesh, parameters: Mapping[str, float]) -> _Outcome:
     """Run the step "smooth"."""
     return smooth(mesh, time=parameters["time"], steps=int(parameters["steps"])), ()
@@ -234,6 +243,7 @@ _STEPS: Mapping[str, Callable[[TriangleMesh, Mapping[str, float]], _Outcome]] = 
         "cap-holes": _close,
         "close-loops": _close,
         "double": _double,
+        "fair": _fair,
         "refine": _refine,
         "simplify": _simplify,
         "smooth": _smooth,
