@@ -21,7 +21,7 @@ import numpy as np
 
 from benchmarks.described import described, of_channels, scores_of, show_rows
 from workers.geometry.arrays import Float32Array
-from workers.geometry.preparation import CLOSING, DOUBLING, SMOOTHING, Step, View, named_view
+from workers.geometry.preparation import Step, View, named_view
 from workers.retrieval.bank import POWER
 from workers.retrieval.bank_shapes import BankShapes, dissimilarities, typical_scales
 from workers.retrieval.candidates import QUANTILE_LEVELS, candidate_model
@@ -29,16 +29,17 @@ from workers.retrieval.channels import AREA, LOG_DIAGONAL
 from workers.retrieval.model import Model
 
 WEIGHT_OF_POINTS = 20.0
-SHIPPED = "closed + smooth"
 
 
-def _changed(view: View, step: Step, other: Step | None, name: str) -> View:
-    """View with another step in the place of one, or without it."""
-    steps = [other if each == step else each for each in view.steps]
-    return View(name, tuple(each for each in steps if each is not None), view.eigenpairs)
+def _changed(view: View, name: str, step: str, *instead: Step) -> View:
+    """View with other steps, or none, in the place of the one of this name."""
+    steps = [taken for each in view.steps for taken in (instead if each.name == step else (each,))]
+    return View(name, tuple(steps), view.eigenpairs)
 
 
 CLOSED, SMOOTH = named_view("closed"), named_view("smooth")
+QUOTIENT = Step("close-loops", {"minimum_quotient": 0.1})
+FAIRED_LITTLE = (Step("fair", {"time": 1e-4}), Step("simplify", {"vertices": 5000}))
 VIEWS: Mapping[str, View] = {
     view.name: view
     for view in (
@@ -48,27 +49,33 @@ VIEWS: Mapping[str, View] = {
         named_view("smooth-open"),
         replace(named_view("closed", working_vertices=2500), name="closed of 2,500"),
         replace(CLOSED, name="closed, k = 200", eigenpairs=200),
-        replace(CLOSED, name="closed, k = 50", eigenpairs=50),
-        _changed(CLOSED, DOUBLING, None, "closed, not doubled"),
-        _changed(CLOSED, CLOSING, Step("close-loops", {"minimum_quotient": 0.1}), "quotient"),
-        _changed(SMOOTH, SMOOTHING, Step("smooth", {"time": 1e-4, "steps": 1}), "smooth 1e-4"),
-        _changed(SMOOTH, SMOOTHING, Step("smooth", {"time": 1e-3, "steps": 3}), "smooth 3 × 1e-3"),
+        _changed(CLOSED, "closed, not doubled", "double"),
+        _changed(CLOSED, "closed by quotient", "cap-holes", QUOTIENT),
+        _changed(CLOSED, "closed, faired", "simplify", *FAIRED_LITTLE),
+        _changed(SMOOTH, "smooth, not faired", "fair"),
+        _changed(SMOOTH, "smooth, faired alone", "smooth"),
+        _changed(SMOOTH, "smoother", "smooth", Step("smooth", {"time": 1e-3, "steps": 3})),
     )
 }
+SHIPPED = "closed + smooth"
 SETS: Mapping[str, tuple[str, ...]] = {
-    SHIPPED: ("closed", "smooth"),
-    "closed": ("closed",),
-    "smooth": ("smooth",),
-    "closed of 2,500 + smooth": ("closed of 2,500", "smooth"),
-    "closed, k = 200 + smooth": ("closed, k = 200", "smooth"),
-    "closed, k = 50 + smooth": ("closed, k = 50", "smooth"),
-    "closed, not doubled + smooth": ("closed, not doubled", "smooth"),
-    "quotient + smooth": ("quotient", "smooth"),
-    "open + smooth-open": ("open", "smooth-open"),
-    "closed + smooth 1e-4": ("closed", "smooth 1e-4"),
-    "closed + smooth 3 × 1e-3": ("closed", "smooth 3 × 1e-3"),
-    "closed + smooth + smooth 3 × 1e-3": ("closed", "smooth", "smooth 3 × 1e-3"),
-    "all four of SCIENCE": ("open", "closed", "smooth-open", "smooth"),
+    " + ".join(views): views
+    for views in (
+        ("closed", "smooth"),
+        ("closed",),
+        ("smooth",),
+        ("closed", "smooth, not faired"),
+        ("closed", "smooth, faired alone"),
+        ("closed", "smoother"),
+        ("closed", "smooth", "smooth, not faired"),
+        ("closed, faired", "smooth"),
+        ("closed of 2,500", "smooth"),
+        ("closed, k = 200", "smooth"),
+        ("closed, not doubled", "smooth"),
+        ("closed by quotient", "smooth"),
+        ("open", "smooth-open"),
+        ("open", "closed", "smooth-open", "smooth"),
+    )
 }
 SLOPES = "closed + smooth, slopes of quantiles too"
 

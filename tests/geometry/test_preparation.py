@@ -45,7 +45,7 @@ def test_the_open_view_leaves_the_boundary() -> None:
 
 
 def test_a_sheet_is_doubled_once_it_is_simplified() -> None:
-    strip = rectangle(200, 20, 20.0, 2.0)  # p² / A = 48
+    strip = rectangle(200, 15, 20.0, 1.5)  # p² / A = 62
     prepared = prepare(strip, default_view(working_vertices=1500))
     assert len(boundary_loops(prepared.mesh)) == 0
     assert prepared.notes[-1].startswith("double: mirrored 1,")
