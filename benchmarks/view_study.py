@@ -125,13 +125,14 @@ def main() -> None:
     """Describe, measure each set of views, and print."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--benchmark", type=Path, required=True)
+    parser.add_argument("--solutions", type=Path, help="data directory with spectra")
     parser.add_argument("--processes", type=int, default=2)
     parser.add_argument("--set", action="append", choices=[*SETS, SLOPES], help="again for more")
     options = parser.parse_args()
     found, channels = {}, {}
     for name in dict.fromkeys([SHIPPED, *(options.set or [*SETS, SLOPES])]):
         candidates = without_area([VIEWS[view] for view in SETS.get(name, SETS[SHIPPED])])
-        shapes = described(options.benchmark, candidates, options.processes)
+        shapes = described(options.benchmark, candidates, options.processes, options.solutions)
         if name == SLOPES:
             shapes, candidates = with_slopes(shapes, candidates)
         model = even(shapes, candidates)
