@@ -9,9 +9,11 @@ from numpy.testing import assert_allclose
 
 from tests.meshes import bumpy_sphere, icosphere, renumbered, rotated, scaled, translated
 from workers.errors import InvalidRequestError
+from workers.geometry.cleaning import without_useless_faces
 from workers.geometry.laplacian import mesh_laplacian
 from workers.geometry.mesh import TriangleMesh
 from workers.geometry.smoothing import fair, smooth
+from workers.geometry.spectrum import compute_spectrum
 
 TIME = 1e-3
 Smoothing = Callable[[TriangleMesh], TriangleMesh]
@@ -116,6 +118,23 @@ def test_thin_parts_do_not_tear() -> None:
     flowed = smooth(thin, time=3e-3, steps=10)
     assert np.isfinite(flowed.vertices).all()
     assert flowed.area > 0.0
+
+
+def test_what_shrinks_to_a_point_is_one() -> None:
+    """A bubble that hangs on one vertex once left faces that no spectrum could be computed of."""
+    sphere = icosphere(3)
+    bubble = scaled(icosphere(1), 1e-3)
+    at = sphere.vertices[0] - bubble.vertices[0]
+    faces = bubble.faces + sphere.n_vertices
+    hanging = TriangleMesh(
+        np.concatenate([sphere.vertices, bubble.vertices + at]),
+        np.concatenate([sphere.faces, np.where(faces == sphere.n_vertices, 0, faces)]),
+    )
+    alone = smooth(sphere, time=TIME, steps=3)
+    smoothed = without_useless_faces(smooth(without_useless_faces(hanging), time=TIME, steps=3))
+    assert smoothed.n_faces == sphere.n_faces
+    found, expected = (compute_spectrum(m, n_eigenpairs=20) for m in (smoothed, alone))
+    assert_allclose(found.eigenvalues, expected.eigenvalues, rtol=1e-4)
 
 
 def test_nothing_happens_in_no_time() -> None:

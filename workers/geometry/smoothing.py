@@ -2,6 +2,7 @@
 
 import numpy as np
 from scipy import sparse
+from scipy.sparse.csgraph import connected_components
 from scipy.sparse.linalg import splu
 
 from workers.errors import InvalidRequestError
@@ -11,6 +12,7 @@ from workers.geometry.mesh import TriangleMesh
 from workers.geometry.topology import undirected_edges
 
 COARSE = 0.25  # of a vertex's share of the area: its mass, where that is more than the mean
+SHORTEST_EDGE = 1e-6  # in √A: shorter ones have vanished
 SMALLEST_AREA = 1e-12  # of a vertex, as a share of the surface: what has vanished still has a place
 
 
@@ -79,8 +81,10 @@ def smooth(mesh: TriangleMesh, *, time: float, steps: int = 1) -> TriangleMesh:
     Returns
     -------
     TriangleMesh
-        The same faces, some of which may have next to no area; the mesh itself where nothing is to
-        be done. Unit, place and orientation do not matter; the centre of mass and the unit stay.
+        The same faces, some of which may have next to no area, but for what shrank to a point (a
+        bubble that hung on one vertex): its vertices have no faces any more. The mesh itself where
+        nothing is to be done. Unit, place and orientation do not matter; the centre of mass and
+        the unit stay.
 
     Raises
     ------
@@ -109,7 +113,23 @@ def smooth(mesh: TriangleMesh, *, time: float, steps: int = 1) -> TriangleMesh:
             areas = np.maximum(areas, SMALLEST_AREA)
         system = sparse.diags_array(areas) + time * laplacian.stiffness
         vertices = _solved(system, areas[:, None] * vertices)
-    return TriangleMesh(centre + length * vertices, mesh.faces)
+    return TriangleMesh(centre + length * vertices, _without_points(vertices, mesh.faces))
+
+
+def _without_points(vertices: FloatArray, faces: IntArray) -> IntArray:
+    """Faces of a surface of about area 1 where vertices that lie together are one, the first."""
+    edges = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])
+    short = edges[np.linalg.norm(np.subtract(*vertices[edges.T]), axis=1) < SHORTEST_EDGE]
+    if len(short) == 0:
+        return faces
+    n = len(vertices)
+    graph = sparse.coo_array((np.ones(len(short)), (short[:, 0], short[:, 1])), shape=(n, n))
+    _, labels = connected_components(graph, directed=False)
+    _, first, together = np.unique(labels, return_index=True, return_inverse=True)
+    joined = first[together][faces]  # (m, 3)
+    a, b, c = joined.T
+    kept: IntArray = joined[(a != b) & (b != c) & (c != a)]
+    return kept
 
 
 def _solved(system: sparse.sparray, right: FloatArray) -> FloatArray:
