@@ -97,11 +97,12 @@ def main() -> None:
     options = parser.parse_args()
     model = shipped_model()
     found: dict[int, list[tuple[dict[str, float], dict[str, int]]]] = {}
-    work = [(size, name) for size in SIZES for name in SPECIES for _ in range(options.repeats)]
+    work = [(size, name) for size in SIZES for name in SPECIES]
     for size, name in track(work, "measuring", console=Console(stderr=True)):
-        with tempfile.TemporaryDirectory() as folder:
-            one = measure(creature_file(name, size), model, Path(folder))
-            found.setdefault(size, []).append(one)
+        data = creature_file(name, size)
+        for _ in range(options.repeats):
+            with tempfile.TemporaryDirectory() as folder:
+                found.setdefault(size, []).append(measure(data, model, Path(folder)))
     _print(found)
     if options.out is not None:
         options.out.write_text(json.dumps(found, indent=1) + "\n")

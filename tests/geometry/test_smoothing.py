@@ -9,6 +9,7 @@ from numpy.testing import assert_allclose
 
 from tests.meshes import bumpy_sphere, icosphere, renumbered, rotated, scaled, translated
 from workers.errors import InvalidRequestError
+from workers.geometry import smoothing
 from workers.geometry.cleaning import without_useless_faces
 from workers.geometry.laplacian import mesh_laplacian
 from workers.geometry.mesh import TriangleMesh
@@ -55,6 +56,18 @@ def test_it_does_not_see_unit_place_or_numbering(way: Smoothing) -> None:
     distances = np.linalg.norm(found[:, None] - smoothed.vertices[None], axis=2)
     assert distances.min(axis=1).max() < 1e-12
     assert len(order) == mesh.n_vertices
+
+
+@pytest.mark.parametrize("way", WAYS, ids=["smooth", "fair"])
+@pytest.mark.parametrize("iterations", [1, 2000])  # with one it does not end, and factors are taken
+def test_large_meshes_are_solved_by_iteration_to_the_same_end(
+    way: Smoothing, iterations: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    mesh = bumpy_sphere(3)
+    expected = way(mesh)
+    monkeypatch.setattr(smoothing, "ITERATIVE_FROM", 0)
+    monkeypatch.setattr(smoothing, "MOST_ITERATIONS", iterations)
+    assert_allclose(way(mesh).vertices, expected.vertices, atol=1e-10)
 
 
 def test_fairing_equilateral_triangles_is_a_step_of_smoothing() -> None:
