@@ -55,7 +55,7 @@ def fair(mesh: TriangleMesh, *, time: float) -> TriangleMesh:
     edges = undirected_edges(mesh)  # (e, 2)
     graph = sparse.coo_array((np.ones(len(edges)), (edges[:, 0], edges[:, 1])), shape=(n, n))
     degrees = np.bincount(edges.ravel(), minlength=n).astype(np.float64)
-    laplacian = sparse.diags_array(degrees) - graph - graph.T
+    laplacian = sparse.csc_array(sparse.diags_array(degrees) - graph - graph.T)
     areas = _vertex_areas(mesh.vertices, mesh.faces)
     masses = np.maximum(1.0 / n, COARSE * areas / areas.sum())  # (n,)
     centre = mesh.vertices.mean(axis=0)
@@ -133,7 +133,7 @@ def _without_points(vertices: FloatArray, faces: IntArray) -> IntArray:
     return kept
 
 
-def _step(masses: FloatArray, flow: sparse.sparray, vertices: FloatArray) -> FloatArray:
+def _step(masses: FloatArray, flow: sparse.csc_array, vertices: FloatArray) -> FloatArray:
     """Vertices (n, 3) after a backward step: (M + F)⁻¹ M V, of a positive definite system.
 
     Factors of large meshes fill in: there the same is found by conjugate gradients, and by factors
