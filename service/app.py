@@ -15,6 +15,7 @@ from sqlalchemy.exc import SQLAlchemyError
 
 from service.api import (
     collections,
+    descriptors,
     evaluations,
     health,
     jobs,
@@ -45,7 +46,10 @@ log = structlog.get_logger(__name__)
 
 MAX_JSON_BYTES = 4 * MEBIBYTE
 STALE_SECONDS = 24 * 3600
-ROUTERS = (health, collections, uploads, shapes, surfaces, queries, models, evaluations, jobs)
+ROUTERS = (
+    *(health, collections, uploads, shapes, surfaces, descriptors, queries, models),
+    *(evaluations, jobs),
+)
 Lifespan = Callable[[FastAPI], AbstractAsyncContextManager[None]]
 
 

@@ -9,6 +9,7 @@ from pydantic.config import JsonDict
 from service.schemas.jobs import JOB_EXAMPLE, JobAnswer
 from service.schemas.pages import time_from
 from service.schemas.text import Answer, Body, Label, Metadata, Name
+from workers.retrieval.channels import Channel
 from workers.storage.shapes import ShapeView
 
 ShapeState = Literal["queued", "processing", "ready", "failed"]
@@ -183,3 +184,16 @@ def answer_shape(view: ShapeView) -> ShapeAnswer:
             "created_at": time_from(view.row.created_at),
         }
     )
+
+
+def answer_axis(channel: Channel) -> DistributionAxis:
+    """Say where a channel's values stand."""
+    if channel.edges is not None:
+        return DistributionAxis(kind="edges", values=list(channel.edges))
+    if channel.is_of_points:
+        time = float(channel.kernel.parameters["time"]) if channel.kernel else 1.0
+        return DistributionAxis(
+            kind="times", values=[time * level for level in channel.levels or ()]
+        )
+    kind: Literal["levels", "index"] = "index" if channel.kernel is None else "levels"
+    return DistributionAxis(kind=kind, values=list(channel.levels or ()))

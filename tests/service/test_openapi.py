@@ -45,6 +45,9 @@ CONTRACT = {
         "422",
     },
     ("get", "/v1/queries/{query_id}"): {*JOB_STATUSES, "404", "422"},
+    ("get", "/v1/queries/{query_id}/mesh"): {"200", "304", "404", "409"},
+    ("get", "/v1/queries/{query_id}/spectrum"): {"200", "404", "409"},
+    ("get", "/v1/queries/{query_id}/signature"): {"200", "304", "404", "409", "422"},
     ("post", "/v1/collections/{collection}/query/batch"): {"200", "404", "409", "422"},
     ("get", "/v1/models"): {"200"},
     ("post", "/v1/models"): {"201", "202", "404", "409", "422"},
@@ -60,7 +63,7 @@ CONTRACT = {
     ("post", "/v1/jobs/{job_id}/retry"): {"200", "404", "409"},
     ("get", "/v1/jobs/{job_id}/events"): {"200", "404"},
 }
-"""The table of the contract: operations and the statuses it speaks of."""
+"""The table of the contract, and what was added: operations, and statuses each speaks of."""
 
 
 @pytest.fixture

@@ -9,6 +9,7 @@ from tests.service.running import Api, make_settings
 from workers.settings import SettingsError
 
 SHAPE = "/v1/shapes/0199b1c4-6d0e-7c5a-b1f2-3d4e5f6a7b8c"
+QUERY = "/v1/queries/0199b1c4-6d0e-7c5a-b1f2-3d4e5f6a7b8c"
 JOB = "/v1/jobs/0199b1c4-6d0e-7c5a-b1f2-3d4e5f6a7b8c"
 NEEDED = {
     ("GET", "/metrics"): "read",
@@ -23,7 +24,8 @@ NEEDED = {
     ("POST", "/v1/collections/zoo/query"): "read",
     ("POST", "/v1/collections/zoo/query/batch"): "read",
     ("POST", "/v1/collections/zoo/query/mesh"): "read",
-    ("GET", "/v1/queries/0199b1c4-6d0e-7c5a-b1f2-3d4e5f6a7b8c"): "read",
+    ("GET", QUERY): "read",
+    **{("GET", f"{QUERY}/{part}"): "read" for part in ("mesh", "spectrum", "signature")},
     ("GET", SHAPE): "read",
     ("PATCH", SHAPE): "write",
     ("DELETE", SHAPE): "write",
