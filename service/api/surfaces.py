@@ -1,4 +1,4 @@
-"""What there is to see of a mesh, of a shape or of a query: itself, its spectrum, k(x,x)."""
+"""What there is to see of a mesh, of a shape or of a query: itself, its spectrum, k(x,x), φ."""
 
 import hashlib
 from pathlib import PurePosixPath
@@ -16,7 +16,7 @@ from service.subjects import Subject, subject_of_query, subject_of_shape
 from workers.errors import BlobNotFoundError
 from workers.geometry.formats import write
 from workers.geometry.preparation import View
-from workers.pipeline.fields import vertex_signature
+from workers.pipeline.fields import vertex_eigenfunction, vertex_signature
 from workers.storage.blobs import mesh_key, thumbnail_key
 from workers.storage.solutions import load_cleaned, load_solution
 from workers.storage.trained_models import load_model
@@ -92,8 +92,7 @@ def mesh(
 @of_both.get("/spectrum", summary="Show the spectrum", responses=problems(404, 409, 422))
 def spectrum(subject: SubjectDep, services: ServicesDep) -> SpectrumAnswer:
     """Show the eigenvalues under the first view of the collection's or the query's model."""
-    with services.database.read() as session:
-        view = load_model(session, subject.model).views[0]
+    view = _first_view(services, subject)
     try:
         solved = load_solution(services.blobs, subject.sha256, view).spectrum
     except BlobNotFoundError:
@@ -142,6 +141,40 @@ def signature(
     return file_response(values.astype("<f4").tobytes(), media_type=BYTES, tag=tag)
 
 
+@of_both.get(
+    "/eigenfunction",
+    summary="Fetch an eigenfunction at every vertex",
+    response_class=Response,
+    responses={
+        200: content(BYTES, description="little-endian float32, one a vertex of `format=glb`"),
+        **KNOWN,
+        **problems(404, 409, 422),
+    },
+)
+def eigenfunction(
+    subject: SubjectDep,
+    services: ServicesDep,
+    request: Request,
+    number: Annotated[
+        int,
+        Query(description="1 for the first nonzero eigenvalue of `spectrum`", examples=[1]),
+    ],
+) -> Response:
+    """Fetch φ under the first view of the collection's or the query's model, in 1/u.
+
+    ∫φ² over the surface is 1; the sign follows from the mesh.
+    """
+    view = _first_view(services, subject)
+    tag = _tag(subject, view, f"eigenfunction {number}")
+    if is_known(request, tag):
+        return not_modified(tag)
+    try:
+        values = vertex_eigenfunction(services.blobs, subject.sha256, view, number)
+    except BlobNotFoundError:
+        raise subject.absence from None
+    return file_response(values.astype("<f4").tobytes(), media_type=BYTES, tag=tag)
+
+
 @of_shapes.get(
     "/thumbnail.png",
     summary="Fetch the picture",
@@ -162,6 +195,11 @@ def thumbnail(subject: SubjectDep, services: ServicesDep, request: Request) -> R
     except BlobNotFoundError:
         raise subject.absence from None
     return file_response(data, media_type="image/png", tag=tag)
+
+
+def _first_view(services: Services, subject: Subject) -> View:
+    with services.database.read() as session:
+        return load_model(session, subject.model).views[0]
 
 
 def _kernel(services: Services, model: str, name: str | None) -> tuple[View, ChosenKernel]:

@@ -1,5 +1,7 @@
 """The spectrum against closed forms, and what position, unit and numbering may not change."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -31,6 +33,7 @@ from workers.geometry.mesh import TriangleMesh
 from workers.geometry.spectrum import (
     Spectrum,
     compute_spectrum,
+    eigenfunction,
     first_eigenvalues,
     laplacian_spectrum,
 )
@@ -221,6 +224,24 @@ def test_a_coarse_box_has_all_the_eigenpairs_there_are() -> None:
 def test_first_eigenvalues_are_those_of_the_spectrum() -> None:
     mesh = bumpy_sphere(3)
     assert_allclose(first_eigenvalues(mesh, 6), compute_spectrum(mesh).eigenvalues[:6], rtol=1e-10)
+
+
+@pytest.mark.parametrize("mesh", [bumpy_sphere(2), rectangle(12, 7, 3.0, 1.0)])
+def test_the_sign_of_an_eigenfunction_does_not_depend_on_the_solvers(mesh: TriangleMesh) -> None:
+    spectrum = compute_spectrum(mesh, n_eigenpairs=12)
+    rng = np.random.default_rng(3)
+    noise = 1e-9 * rng.normal(size=spectrum.eigenvectors.shape)  # what another machine may add
+    other = replace(spectrum, eigenvectors=noise - spectrum.eigenvectors)
+    for number in range(1, 13):
+        values = eigenfunction(spectrum, number)
+        assert_allclose(np.abs(values), np.abs(spectrum.eigenvectors[:, number - 1]))
+        assert_allclose(eigenfunction(other, number), values, atol=1e-7)
+
+
+@pytest.mark.parametrize("number", [-1, 0, 4])
+def test_an_eigenfunction_that_there_is_not_is_refused(number: int) -> None:
+    with pytest.raises(InvalidRequestError, match="has 3 of them"):
+        eigenfunction(compute_spectrum(tetrahedron()), number)
 
 
 def test_arrays_cannot_be_written_to() -> None:

@@ -35,6 +35,7 @@ CONTRACT = {
     ("get", "/v1/shapes/{shape_id}/thumbnail.png"): {"200", "304", "404", "409"},
     ("get", "/v1/shapes/{shape_id}/spectrum"): {"200", "404", "409"},
     ("get", "/v1/shapes/{shape_id}/signature"): {"200", "304", "404", "409", "422"},
+    ("get", "/v1/shapes/{shape_id}/eigenfunction"): {"200", "304", "404", "409", "422"},
     ("get", "/v1/shapes/{shape_id}/distribution"): {"200", "404", "409", "422"},
     ("post", "/v1/collections/{collection}/query"): {"200", "404", "409", "422"},
     ("post", "/v1/collections/{collection}/query/mesh"): {
@@ -48,6 +49,7 @@ CONTRACT = {
     ("get", "/v1/queries/{query_id}/mesh"): {"200", "304", "404", "409"},
     ("get", "/v1/queries/{query_id}/spectrum"): {"200", "404", "409"},
     ("get", "/v1/queries/{query_id}/signature"): {"200", "304", "404", "409", "422"},
+    ("get", "/v1/queries/{query_id}/eigenfunction"): {"200", "304", "404", "409", "422"},
     ("post", "/v1/collections/{collection}/query/batch"): {"200", "404", "409", "422"},
     ("get", "/v1/models"): {"200"},
     ("post", "/v1/models"): {"201", "202", "404", "409", "422"},

@@ -26,6 +26,7 @@ NEEDED = {
     ("POST", "/v1/collections/zoo/query/mesh"): "read",
     ("GET", QUERY): "read",
     **{("GET", f"{QUERY}/{part}"): "read" for part in ("mesh", "spectrum", "signature")},
+    **{("GET", f"{base}/eigenfunction"): "read" for base in (SHAPE, QUERY)},
     ("GET", SHAPE): "read",
     ("PATCH", SHAPE): "write",
     ("DELETE", SHAPE): "write",

@@ -82,7 +82,8 @@ def test_a_deleted_shape_is_gone_from_every_list_and_answer(zoo: Api) -> None:
 
 @pytest.mark.parametrize("identifier", ["1", "x" * 300, "0199b1c4-6d0e-7c5a-b1f2-3d4e5f6a7b8c"])
 def test_ids_that_are_none_are_not_found(api: Api, identifier: str) -> None:
-    for path in ("", "/mesh", "/thumbnail.png", "/spectrum", "/signature", "/distribution"):
+    derived = ("/thumbnail.png", "/spectrum", "/signature", "/eigenfunction?number=1")
+    for path in ("", "/mesh", *derived, "/distribution"):
         problem = api.get(f"/v1/shapes/{identifier}{path}", 404)
         assert problem["type"] == "/problems/shape-not-found"
     api.patch(f"/v1/shapes/{identifier}", 404, json={})

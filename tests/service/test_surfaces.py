@@ -1,13 +1,17 @@
-"""What there is to see of a mesh that was asked with is what a shape of the same bytes shows."""
+"""What there is to see of a mesh, of a query as of a shape of the same bytes."""
 
+import numpy as np
 import pytest
+from numpy.testing import assert_allclose
 
 from tests.meshes import octahedron, scaled
-from tests.service.running import EGG, GEM, Api, off
+from tests.service.running import EGG, GEM, ZOO, Api, off, zoo_files
 from workers.geometry.cleaning import clean
 from workers.geometry.formats import parse
+from workers.geometry.laplacian import mesh_laplacian
 
-COMPUTED = ("/mesh?format=glb", "/spectrum", "/signature")
+BALL = ZOO[0]
+COMPUTED = ("/mesh?format=glb", "/spectrum", "/signature", "/eigenfunction?number=1")
 
 
 def asked_with(api: Api, content: bytes) -> str:
@@ -35,6 +39,7 @@ def test_a_query_shows_the_file_that_it_was_asked_with(zoo: Api) -> None:
     [
         *("/mesh", "/mesh?format=glb", "/mesh?format=obj", "/spectrum", "/signature"),
         *("/signature?kernel=biharmonic", "/signature?kernel=model:heat"),
+        "/eigenfunction?number=2",
     ],
 )
 def test_a_shape_of_the_same_bytes_shows_the_same(zoo: Api, part: str) -> None:
@@ -92,3 +97,31 @@ def test_a_query_stays_to_be_seen_when_the_shape_of_its_bytes_is_gone(zoo: Api) 
     zoo.delete(f"/v1/shapes/{shape['id']}")
     for part in COMPUTED:
         zoo.get(path + part)
+
+
+def test_an_eigenfunction_has_a_value_for_every_vertex_of_the_glb(zoo: Api) -> None:
+    path = f"/v1/shapes/{zoo.shape_ids[BALL]}"
+    mesh = clean(parse(zoo_files()[BALL], filename=BALL).mesh).mesh
+    answer = zoo.client.get(f"{path}/eigenfunction?number=3")
+    values = np.frombuffer(answer.content, dtype="<f4")
+    assert values.shape == (mesh.n_vertices,)
+    laplacian = mesh_laplacian(mesh)
+    energy = values @ (laplacian.stiffness @ values)  # ∫|∇φ|² = λ where ∫φ² = 1
+    mass = values @ (laplacian.areas * values)
+    expected = zoo.get(f"{path}/spectrum")["eigenvalues"][2]
+    # the working mesh is finer: what differs is the discretisation, of edges a sixth of the radius
+    assert_allclose([mass, energy / mass], [1.0, expected], rtol=0.1)
+    tag = {"If-None-Match": answer.headers["ETag"]}
+    assert zoo.client.get(f"{path}/eigenfunction?number=3", headers=tag).status_code == 304
+    assert zoo.client.get(f"{path}/eigenfunction?number=2", headers=tag).status_code == 200
+    assert zoo.client.get(f"{path}/signature", headers=tag).status_code == 200
+
+
+@pytest.mark.parametrize("number", ["0", "-1", "101", "1" * 30])
+def test_a_number_without_an_eigenfunction_says_how_many_there_are(zoo: Api, number: str) -> None:
+    path = f"/v1/shapes/{zoo.shape_ids[BALL]}"
+    count = len(zoo.get(f"{path}/spectrum")["eigenvalues"])
+    problem = zoo.get(f"{path}/eigenfunction", 422, params={"number": number})
+    assert f"has {count} of them" in problem["detail"]
+    zoo.get(f"{path}/eigenfunction", 422)
+    zoo.get(f"{path}/eigenfunction", 422, params={"number": "first"})

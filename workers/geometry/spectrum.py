@@ -117,6 +117,39 @@ def first_eigenvalues(mesh: TriangleMesh, count: int) -> FloatArray:
     return compute_spectrum(mesh, n_eigenpairs=count).eigenvalues
 
 
+def eigenfunction(spectrum: Spectrum, number: int) -> FloatArray:
+    """One eigenfunction, with the sign that the mesh decides and not the solver.
+
+    It is positive at the first vertex where it is at least half as large as anywhere: the largest
+    value itself would not do, since a symmetric surface has it twice, with both signs.
+
+    Parameters
+    ----------
+    spectrum : Spectrum
+    number : int
+        1 for the first nonzero eigenvalue.
+
+    Returns
+    -------
+    (n,) float64, in 1/length of the mesh's unit.
+
+    Raises
+    ------
+    InvalidRequestError
+        There is none of this number.
+    """
+    count = spectrum.n_eigenpairs
+    if not 1 <= number <= count:
+        raise InvalidRequestError(
+            f"there is no eigenfunction {number}: this mesh has {count} of them, from 1 on"
+        )
+    values = spectrum.eigenvectors[:, number - 1]
+    sizes = np.abs(values)
+    first = np.argmax(sizes >= 0.5 * sizes.max())
+    signed: FloatArray = values * np.sign(values[first])
+    return signed
+
+
 class _Component:
     """One connected component and what is known of its spectrum so far."""
 

@@ -4,8 +4,10 @@ import numpy as np
 
 from workers.diffusion.distances import diagonal_signature
 from workers.diffusion.kernels import Kernel
-from workers.geometry.arrays import Float32Array
+from workers.geometry.arrays import Float32Array, FloatArray
 from workers.geometry.preparation import View
+from workers.geometry.solution import Solution
+from workers.geometry.spectrum import eigenfunction
 from workers.geometry.transfer import transfer_to_vertices
 from workers.storage.blobs import BlobStore
 from workers.storage.solutions import load_cleaned, load_solution
@@ -20,6 +22,24 @@ def vertex_signature(blobs: BlobStore, sha256: str, view: View, kernel: Kernel) 
         The shape was not computed under this view.
     """
     solution = load_solution(blobs, sha256, view)
-    values = diagonal_signature(solution.spectrum, kernel)  # (working vertices,)
+    return _carried(blobs, sha256, solution, diagonal_signature(solution.spectrum, kernel))
+
+
+def vertex_eigenfunction(blobs: BlobStore, sha256: str, view: View, number: int) -> Float32Array:
+    """Eigenfunction at every vertex of the cleaned mesh, float32 (n,), in 1/length of the unit.
+
+    Raises
+    ------
+    BlobNotFoundError
+        The shape was not computed under this view.
+    InvalidRequestError
+        There is none of this number, 1 being that of the first nonzero eigenvalue.
+    """
+    solution = load_solution(blobs, sha256, view)
+    return _carried(blobs, sha256, solution, eigenfunction(solution.spectrum, number))
+
+
+def _carried(blobs: BlobStore, sha256: str, solution: Solution, values: FloatArray) -> Float32Array:
+    """Values of the working mesh (n_working,) at the vertices of the cleaned one, (n,)."""
     cleaned = load_cleaned(blobs, sha256)
     return transfer_to_vertices(solution.mesh, values, cleaned).astype(np.float32)
