@@ -8,7 +8,11 @@ from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from service.schemas.queries import MeshQueryForm
+from service.subjects import why_query_lacks
+from workers.errors import ModelNotReadyError
+from workers.geometry.arrays import Float32Array
 from workers.pipeline.plans import query_part
+from workers.storage.arrays import vector_from_bytes
 from workers.storage.descriptors import get_query_vector
 from workers.storage.jobs import OPEN, create_job
 from workers.storage.models import Collection, Descriptor, Job, Part, Query, Shape
@@ -29,6 +33,24 @@ def find_vector(session: Session, sha256: str, model: str) -> bytes | None:
         .where(Shape.sha256 == sha256, Descriptor.model == model, Descriptor.vector.is_not(None))
     )
     return session.scalar(stored.limit(1))
+
+
+def query_vector(session: Session, query: Query, model: str) -> Float32Array:
+    """Return the descriptor of the mesh that a stored question was asked with.
+
+    Raises
+    ------
+    ProteusError
+        It is not described under this model: not yet, not at all, or why its job failed.
+    """
+    known = find_vector(session, query.sha256, model)
+    if known is not None:
+        return vector_from_bytes(known)
+    if model != query.model:
+        raise ModelNotReadyError(
+            f"query {query.id} is described under {query.model!r}, but not under {model!r}"
+        )
+    raise why_query_lacks(session, query)
 
 
 def store_question(

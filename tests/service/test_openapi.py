@@ -37,6 +37,7 @@ CONTRACT = {
     ("get", "/v1/shapes/{shape_id}/signature"): {"200", "304", "404", "409", "422"},
     ("get", "/v1/shapes/{shape_id}/eigenfunction"): {"200", "304", "404", "409", "422"},
     ("get", "/v1/shapes/{shape_id}/distribution"): {"200", "404", "409", "422"},
+    ("get", "/v1/shapes/{shape_id}/comparison"): {"200", "404", "409", "422"},
     ("post", "/v1/collections/{collection}/query"): {"200", "404", "409", "422"},
     ("post", "/v1/collections/{collection}/query/mesh"): {
         *JOB_STATUSES,
@@ -203,6 +204,7 @@ def test_real_answers_are_what_the_document_says(zoo: Api) -> None:
     document = zoo.get("/openapi.json")
     shape = next(iter(zoo.shape_ids.values()))
     ask = {"shape_id": shape}
+    of_shape = "/v1/shapes/{shape_id}"
     job = zoo.get("/v1/jobs")["items"][0]["id"]
     real = [
         ("get", "/v1/collections/{collection}", zoo.get("/v1/collections/zoo")),
@@ -211,6 +213,7 @@ def test_real_answers_are_what_the_document_says(zoo: Api) -> None:
         ("get", "/v1/shapes/{shape_id}", zoo.get(f"/v1/shapes/{shape}")),
         ("get", "/v1/shapes/{shape_id}/spectrum", zoo.get(f"/v1/shapes/{shape}/spectrum")),
         ("get", "/v1/shapes/{shape_id}/distribution", zoo.get(f"/v1/shapes/{shape}/distribution")),
+        ("get", of_shape + "/comparison", zoo.get(f"/v1/shapes/{shape}/comparison", params=ask)),
         ("post", "/v1/collections/{collection}/query", zoo.ask("zoo", **ask)),
         ("get", "/v1/models", zoo.get("/v1/models")),
         ("get", "/v1/models/{name}", zoo.get("/v1/models/shape-dna")),

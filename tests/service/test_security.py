@@ -31,7 +31,7 @@ NEEDED = {
     ("PATCH", SHAPE): "write",
     ("DELETE", SHAPE): "write",
     **{("GET", f"{SHAPE}/{part}"): "read" for part in ("mesh", "thumbnail.png", "spectrum")},
-    **{("GET", f"{SHAPE}/{part}"): "read" for part in ("signature", "distribution")},
+    **{("GET", f"{SHAPE}/{part}"): "read" for part in ("signature", "distribution", "comparison")},
     ("GET", "/v1/models"): "read",
     ("POST", "/v1/models"): "write",
     ("GET", "/v1/models/heat"): "read",

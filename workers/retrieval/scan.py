@@ -104,7 +104,7 @@ def with_points(
     -------
     (n,) float64; ``far`` itself where the model has no channels of points.
     """
-    slices, matched = model.slices, model.matched
+    matched = model.matched
     if not matched or dissimilarity or len(far) == 0:
         return far
     last = min(RERANKED, len(far)) - 1
@@ -113,11 +113,38 @@ def with_points(
     unfound = []
     for channel in matched:
         found = np.full(len(far), FARTHEST * channel.scale)
-        part = slices[channel.name]
-        near = unfound_points(query[part], rows[:, part], len(channel.levels or ()))
-        found[places] = np.minimum(near, FARTHEST * channel.scale)
+        found[places] = channel_dissimilarities(query, rows, model, channel)
         unfound.append(found)
     return far + fuse(unfound, matched, power=model.fusion_power)
+
+
+def channel_dissimilarities(
+    query: Float32Array | FloatArray,
+    matrix: NDArray[Any],
+    model: Model,
+    channel: Channel,
+    *,
+    dissimilarity: str | None = None,
+) -> FloatArray:
+    """D of one channel, (n,), as it counts in `distances` or, for points, in `with_points`.
+
+    Parameters
+    ----------
+    query : (d,) float32
+    matrix : (n, d) float32
+    model : Model
+        Under which both were described.
+    channel : Channel
+        One of the model's.
+    dissimilarity : str, optional
+        Instead of the channel's own; not for points.
+    """
+    part = model.slices[channel.name]
+    if channel.is_of_points:
+        unfound = unfound_points(query[part], matrix[:, part], len(channel.levels or ()))
+        return np.minimum(unfound, FARTHEST * channel.scale)
+    vector = np.asarray(query[part], dtype=np.float64)
+    return _comparison(channel, dissimilarity)(vector, matrix[:, part], channel.widths)
 
 
 def rank(distances: FloatArray, ids: Sequence[str], limit: int) -> IntArray:
