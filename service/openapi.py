@@ -30,6 +30,8 @@ RETRY_AFTER = {
     "description": "seconds until it is worth asking again",
     "schema": {"type": "integer"},
 }
+LOCATION = {"description": "where the answer can be fetched again", "schema": {"type": "string"}}
+NO_HEADERS: dict[str, Any] = {}
 ETAG = {"description": "what If-None-Match takes", "schema": {"type": "string"}}
 TAGS = [
     {"name": "collections", "description": "Named sets of shapes, each searched under one model."},
@@ -59,15 +61,25 @@ def problems(*statuses: int) -> Responses:
 
 
 def job_answers(
-    *, ended: int | tuple[int, ...] = 200, accepted: type[BaseModel], result: type[BaseModel]
+    *,
+    ended: int | tuple[int, ...] = 200,
+    accepted: type[BaseModel],
+    result: type[BaseModel],
+    headers: dict[str, Any] = NO_HEADERS,
 ) -> Responses:
     """Responses of an operation that makes a job: 202, or ``ended`` once it has."""
     statuses = ended if isinstance(ended, tuple) else (ended,)
-    headers = {"Retry-After": RETRY_AFTER}
-    description = "the job goes on; ask for it, or for its events"
-    answers: Responses = {202: {"model": accepted, "description": description, "headers": headers}}
+    answers: Responses = {
+        202: {
+            "model": accepted,
+            "description": "the job goes on; ask for it, or for its events",
+            "headers": {"Retry-After": RETRY_AFTER, **headers},
+        }
+    }
     for status in statuses:
         answers[status] = {"model": result, "description": "the job has ended"}
+        if headers:
+            answers[status]["headers"] = headers
     return answers
 
 

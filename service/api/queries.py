@@ -18,9 +18,15 @@ from service.dependencies import (
 )
 from service.errors import failed_work
 from service.forms import read_fields
-from service.multipart import FormLimits, ReceivedForm, receive_form
-from service.openapi import job_answers, multipart_body, problems
-from service.query_rows import find_vector, store_question
+from service.multipart import FormLimits, ReceivedFile, ReceivedForm, receive_form
+from service.openapi import LOCATION, job_answers, multipart_body, problems
+from service.query_rows import (
+    MeshQuestion,
+    find_question,
+    find_vector,
+    store_answered,
+    store_question,
+)
 from service.schemas.jobs import answer_job
 from service.schemas.queries import (
     AskedWith,
@@ -110,7 +116,9 @@ async def _receive(
     summary="Ask with a mesh",
     dependencies=[READS],
     response_model=QueryResult,
-    responses=job_answers(accepted=QueryAccepted, result=QueryResult)
+    responses=job_answers(
+        accepted=QueryAccepted, result=QueryResult, headers={"Location": LOCATION}
+    )
     | problems(404, 409, 413, 415, 422),
     openapi_extra=multipart_body(FORM, required="mesh"),
 )
@@ -118,17 +126,17 @@ async def query_by_mesh(
     collection: CollectionPath,
     services: ServicesDep,
     form: Annotated[ReceivedForm, Depends(_receive)],
+    response: Response,
     wait: Wait = WAIT_SECONDS,
 ) -> QueryResult | Response:
     """Describe a mesh, then rank the collection's shapes by their distance from it.
 
     A mesh that was asked with or uploaded before is answered at once. The mesh is not added to the
-    collection.
+    collection. The question is kept: `Location` is where it is answered anew.
     """
-    asked = await run_in_threadpool(_accept_mesh, services, collection, form)
-    if isinstance(asked, QueryResult):
-        return asked
-    return await _answer_when_described(services, asked, wait)
+    query_id, answer = await run_in_threadpool(_accept_mesh, services, collection, form)
+    response.headers["Location"] = _place(query_id)
+    return answer or await _answer_when_described(services, query_id, wait)
 
 
 @router.get(
@@ -158,8 +166,15 @@ def _ask(
     return answer_question(session, services.indexes, collection, question)
 
 
-def _accept_mesh(services: Services, name: str, form: ReceivedForm) -> QueryResult | str:
-    """Check, answer what is known, else blob, rows, commit, dispatch; returns the query's id."""
+def _accept_mesh(
+    services: Services, name: str, form: ReceivedForm
+) -> tuple[str, QueryResult | None]:
+    """Check, answer what is known, else blob, rows, commit, dispatch.
+
+    Returns
+    -------
+    The question's id, and its answer if the mesh is described already.
+    """
     options = read_fields(MeshQueryForm, form.fields, as_json=frozenset({"filter"}))
     if not form.files:
         raise InvalidRequestError("the form has no mesh, expected a file named 'mesh'")
@@ -169,23 +184,36 @@ def _accept_mesh(services: Services, name: str, form: ReceivedForm) -> QueryResu
     with services.database.read() as session:
         collection = get_collection(session, name)
         search = choose_model(session, collection, options)
-        known = find_vector(session, file.sha256, search.model.name)
+        asked = MeshQuestion(file.sha256, search.model.name, options)
+        known = find_vector(session, asked.sha256, asked.model)
         if known is not None:
-            vector = vector_from_bytes(known)
-            question = Question(vector, AskedWith(sha256=file.sha256), options, search)
-            return answer_question(session, services.indexes, collection, question)
-    services.blobs.put_file(mesh_key(file.sha256), file.path)
+            query_id = find_question(session, collection.id, asked)
+            question = Question(
+                vector_from_bytes(known), AskedWith(sha256=asked.sha256), options, search
+            )
+            answer = answer_question(session, services.indexes, collection, question)
+    if known is not None:
+        return query_id or _remember(services, name, asked, file, known), answer
+    services.blobs.put_file(mesh_key(asked.sha256), file.path)
     with services.database.begin() as session:
         query_id, parts = store_question(
             session,
             get_collection(session, name),
-            sha256=file.sha256,
+            asked,
             file_name=read_name(file.name).name,
-            model=search.model.name,
-            options=options,
         )
     services.dispatcher.send(parts)
-    return query_id
+    return query_id, None
+
+
+def _remember(
+    services: Services, name: str, asked: MeshQuestion, file: ReceivedFile, known: bytes
+) -> str:
+    """Store a question that was answered at once, so that its answer can be linked to."""
+    if not services.blobs.exists(mesh_key(asked.sha256)):
+        services.blobs.put_file(mesh_key(asked.sha256), file.path)
+    with services.database.begin() as session:
+        return store_answered(session, get_collection(session, name), asked, known)
 
 
 async def _answer_when_described(
@@ -224,5 +252,9 @@ def _answer_query(services: Services, query_id: str) -> QueryResult | Response:
     accepted = QueryAccepted(job=answer_job(job), query_id=query_id)
     response = JSONResponse(accepted.model_dump(mode="json"), 202)
     tell_of_job(response, job)
-    response.headers["Location"] = f"/v1/queries/{query_id}"
+    response.headers["Location"] = _place(query_id)
     return response
+
+
+def _place(query_id: str) -> str:
+    return f"/v1/queries/{query_id}"
