@@ -13,6 +13,7 @@ from fastapi.concurrency import run_in_threadpool
 from sqlalchemy import select
 from sqlalchemy.exc import SQLAlchemyError
 
+from service import page
 from service.api import (
     collections,
     descriptors,
@@ -90,6 +91,7 @@ def create_app(settings: Settings | None = None) -> FastAPI:
         app.include_router(module.router)
     install_openapi(app)
     add_documentation(app)
+    page.add_page(app, page.FOLDER)
     return app
 
 

@@ -1,7 +1,7 @@
-"""Health, figures, and the way from the root to the documentation."""
+"""Health and figures."""
 
 from fastapi import APIRouter, Request
-from fastapi.responses import RedirectResponse, Response
+from fastapi.responses import Response
 from sqlalchemy.exc import SQLAlchemyError
 
 from service.dependencies import Services, ServicesDep
@@ -57,12 +57,6 @@ def metrics(request: Request) -> Response:
     """Requests, jobs, shapes and search indexes as figures."""
     figures: Metrics = request.app.state.metrics
     return Response(figures.render(), media_type=METRICS_TYPE)
-
-
-@router.get("/", include_in_schema=False)
-async def root() -> RedirectResponse:
-    """Lead to the documentation."""
-    return RedirectResponse("docs")
 
 
 def _database_works(services: Services) -> bool:

@@ -48,6 +48,14 @@ def messages() -> Iterator[None]:
         yield
 
 
+@pytest.fixture(scope="session", autouse=True)
+def no_page(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
+    """The page is as if it was not built, whether it was or not."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("service.page.FOLDER", tmp_path_factory.mktemp("page") / "dist")
+        yield
+
+
 @pytest.fixture
 def start(tmp_path: Path, stock: Stock) -> Iterator[Start]:
     """Start an empty service, with other settings if need be.

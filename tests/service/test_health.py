@@ -69,11 +69,6 @@ def test_a_broker_that_says_nothing_holds_nobody_up() -> None:
     watch.close()
 
 
-def test_the_root_leads_to_the_documentation(api: Api) -> None:
-    assert api.client.get("/", follow_redirects=False).status_code == 307
-    assert "Proteus" in api.client.get("/").text
-
-
 def test_a_request_keeps_the_id_that_it_brings(api: Api) -> None:
     given = {"X-Request-ID": "trace-17.a_b"}
     assert api.client.get("/healthz", headers=given).headers["X-Request-ID"] == "trace-17.a_b"
