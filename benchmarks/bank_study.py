@@ -110,7 +110,7 @@ WAYS: Mapping[str, Way] = {
         lambda channel: channel.kernel is not None and channel.kernel.kind == "heat"
     ),
     "at most 8 channels": only(lambda channel: True, BankOptions(channels=8)),
-    "at most 100 channels": only(lambda channel: True, BankOptions(channels=100)),
+    "at most 40 channels": only(lambda channel: True, BankOptions(channels=40)),
     "at most 16 channels": only(lambda channel: True, BankOptions(channels=16)),
     "power 1/2": only(lambda channel: True, BankOptions(power=0.5)),
     "power 1": only(lambda channel: True, BankOptions(power=1.0)),

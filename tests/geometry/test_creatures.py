@@ -9,7 +9,7 @@ from numpy.testing import assert_allclose, assert_array_equal
 from tests.meshes import icosphere
 from workers.errors import InvalidRequestError
 from workers.geometry.arrays import FloatArray, IntArray
-from workers.geometry.creatures import SPECIES, Creature, make_creature
+from workers.geometry.creatures import SPECIES, Creature, make_creature, make_uneven_creature
 from workers.geometry.creatures.builder import Body, X, Y, Z
 from workers.geometry.creatures.clearance import Clearance
 from workers.geometry.creatures.figure import draw_species
@@ -37,6 +37,12 @@ def edge_lengths(mesh: TriangleMesh) -> FloatArray:
     corners = mesh.vertices[mesh.faces]
     lengths: FloatArray = np.linalg.norm(corners - np.roll(corners, -1, axis=1), axis=2)
     return lengths
+
+
+def unevenness(mesh: TriangleMesh) -> float:
+    """Standard deviation of the lengths of edges, as a share of their mean."""
+    lengths = edge_lengths(mesh)
+    return float(lengths.std() / lengths.mean())
 
 
 def signed_volume(mesh: TriangleMesh) -> float:
@@ -70,6 +76,28 @@ def test_every_species_is_one_closed_surface_without_handles(species: str) -> No
     assert euler_characteristic(mesh) == 2  # limbs that had fused would be handles
     assert signed_volume(mesh) > 0
     assert_array_equal(np.unique(mesh.faces), np.arange(mesh.n_vertices))
+
+
+@pytest.mark.parametrize("species", SEVERAL)
+def test_an_uneven_creature_is_the_same_surface_in_uneven_triangles(species: str) -> None:
+    fine = make_creature(species, seed=1, vertices=10_000)  # whose thin limbs are as thin
+    uneven = make_uneven_creature(species, seed=1, vertices=2500)
+    mesh = uneven.rest
+    assert_closed(mesh.faces)
+    assert count_components(mesh) == 1
+    assert euler_characteristic(mesh) == 2
+    assert mesh.n_vertices == pytest.approx(2500, rel=0.02)
+    assert mesh.area == pytest.approx(fine.rest.area, rel=0.03)
+    assert unevenness(mesh) > 0.4 > 0.3 > unevenness(fine.rest)
+    assert_array_equal(uneven.posed(3).faces, mesh.faces)
+    assert uneven.posed(3).area == pytest.approx(fine.posed(3).area, rel=0.03)
+
+
+def test_the_same_arguments_give_the_same_uneven_creature() -> None:
+    first, again = (make_uneven_creature("lizard", seed=2, vertices=2000) for _ in range(2))
+    assert first.rest.vertices.tobytes() == again.rest.vertices.tobytes()
+    assert first.rest.faces.tobytes() == again.rest.faces.tobytes()
+    assert first.weights.tobytes() == again.weights.tobytes()
 
 
 @pytest.mark.parametrize("species", SPECIES)

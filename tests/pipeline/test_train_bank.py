@@ -28,6 +28,7 @@ from workers.geometry.mesh import TriangleMesh
 from workers.pipeline import variant as variant_module
 from workers.pipeline.bank_plan import DEFAULT_CREATURES
 from workers.pipeline.train_bank import bank_shapes
+from workers.pipeline.training_pairs import CreatureSource
 from workers.pipeline.training_plan import TrainingRequest
 from workers.pipeline.training_variants import Variant
 from workers.pipeline.work import run_part
@@ -109,6 +110,16 @@ def test_creatures_are_spread_over_species_and_then_have_near_twins(bench: Workb
     assert sum(shape.group == "human" for shape in shapes) >= 2
     more = plan_bank(bench, TrainingRequest(transformations=("noise",), strengths=(1,), seed=100))
     assert not {v.key for v in more} & {v.key for v in plan_bank(bench, request)}
+
+
+def test_every_other_species_is_meshed_unevenly_but_twins_alike(bench: Workbench) -> None:
+    request = TrainingRequest(transformations=("noise",), strengths=(1,))
+    meshed: dict[str, set[bool]] = {}
+    for variant in plan_bank(bench, request):
+        assert isinstance(variant.source, CreatureSource)
+        meshed.setdefault(variant.group, set()).add(variant.source.uneven)
+    kinds = sorted(list(kind) for kind in meshed.values())
+    assert kinds == [[False]] * (len(kinds) - len(kinds) // 2) + [[True]] * (len(kinds) // 2)
 
 
 @pytest.mark.parametrize(

@@ -93,16 +93,20 @@ _Planned = tuple[Variant, list[Simulation]]
 
 
 def _creatures(request: TrainingRequest, working_vertices: int) -> Iterator[_Planned]:
-    """Individuals of species as far apart as can be, transformed on top of poses."""
+    """Individuals of species as far apart as can be, transformed on top of poses.
+
+    Every other species is meshed unevenly, all of its individuals: so twins do not differ in that.
+    """
     default = DEFAULT_CREATURES if request.collection is None else 0
     count = default if request.creatures is None else request.creatures
     vertices = creature_vertices(working_vertices)
     n_species = len(TRAINING_SPECIES)
     spread = min(count, n_species)
     for i in range(count):
-        species = TRAINING_SPECIES[i % spread * n_species // spread]
+        place = i % spread
+        species = TRAINING_SPECIES[place * n_species // spread]
         individual = request.seed + i // spread
-        source = CreatureSource(species, individual, vertices)
+        source = CreatureSource(species, individual, vertices, uneven=place % 2 == 1)
         changes = [
             replace(change, pose=None) if change.transformation in UNPOSED else change
             for _, _, change in simulations(request, f"{species}/{individual}", poses=True)

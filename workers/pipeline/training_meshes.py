@@ -3,7 +3,7 @@
 from functools import lru_cache
 
 from workers.errors import BlobNotFoundError
-from workers.geometry.creatures import Creature, make_creature
+from workers.geometry.creatures import Creature, make_creature, make_uneven_creature
 from workers.geometry.mesh import TriangleMesh
 from workers.pipeline.solve import read_mesh
 from workers.pipeline.training_pairs import CreatureSource, StoredSource
@@ -14,7 +14,8 @@ from workers.storage.solutions import load_cleaned
 @lru_cache(maxsize=2)
 def load_creature(source: CreatureSource) -> Creature:
     """Return the individual; the last two are kept."""
-    return make_creature(source.species, seed=source.seed, vertices=source.vertices)
+    make = make_uneven_creature if source.uneven else make_creature
+    return make(source.species, seed=source.seed, vertices=source.vertices)
 
 
 def load_stored(bench: Workbench, source: StoredSource) -> TriangleMesh:

@@ -25,11 +25,12 @@ VERSIONS: Mapping[str, str] = {
 
 @dataclass(frozen=True)
 class CreatureSource:
-    """A procedural creature at rest."""
+    """A procedural creature at rest, of even triangles or of uneven ones."""
 
     species: str
     seed: int
     vertices: int
+    uneven: bool = False
 
 
 @dataclass(frozen=True)

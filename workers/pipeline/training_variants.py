@@ -14,7 +14,7 @@ from workers.retrieval.bank import POWER
 from workers.retrieval.candidates import candidate_model
 from workers.retrieval.model import Model
 
-VARIANT_VERSION = "1"
+VARIANT_VERSION = "2"
 """Part of the key of a variant's descriptor: raised when it comes out otherwise."""
 
 VARIANT_VERSIONS: Mapping[str, str] = {

@@ -2,7 +2,7 @@
 
 A species is written down as a skeleton with flesh on it (`species`), which becomes one smooth
 closed surface (`implicit`, `relaxation`) that follows its bones (`skinning`); `individual`
-puts this together.
+puts this together, and `uneven` meshes it as people's files are.
 """
 
 from workers.geometry.creatures.individual import (
@@ -13,6 +13,7 @@ from workers.geometry.creatures.individual import (
     Creature,
     make_creature,
 )
+from workers.geometry.creatures.uneven import make_uneven_creature
 
 __all__ = [
     "CREATURES_VERSION",
@@ -21,4 +22,5 @@ __all__ = [
     "TRAINING_SPECIES",
     "Creature",
     "make_creature",
+    "make_uneven_creature",
 ]

@@ -25,7 +25,7 @@ TRAINING_SPECIES, TESTED_SPECIES = SPECIES[0::2], SPECIES[1::2]
 CREATURES_VERSION = "1"
 """Part of the key of what is stored of creatures: raised when the same seeds give other bytes."""
 
-_FEWEST, _MOST = 2_000, 20_000
+FEWEST_VERTICES, MOST_VERTICES = 2_000, 20_000
 _WIDE, _TRIES = 1.8, 20  # factor on the angles of poses in which limbs meet, and how many are tried
 _ATTEMPTS = 10  # to bring limbs apart that run into each other,
 _CALMER = 0.65  # each time by this factor on the angles that are to blame
@@ -137,9 +137,9 @@ def make_creature(species: str, *, seed: int, vertices: int = 4000) -> Creature:
         raise InvalidRequestError(
             f"the species {species!r} is unknown, expected one of {', '.join(SPECIES)}"
         )
-    if not _FEWEST <= vertices <= _MOST:
+    if not FEWEST_VERTICES <= vertices <= MOST_VERTICES:
         raise InvalidRequestError(
-            f"{vertices} vertices were asked for, {_FEWEST} to {_MOST} are expected"
+            f"{vertices} vertices were asked for, {FEWEST_VERTICES} to {MOST_VERTICES} are expected"
         )
     skeleton = BUILDERS[species](_generator("individual", species, seed))
     points, faces, spacing = extract_surface(skeleton.parts, vertices)

@@ -10,6 +10,7 @@ from workers.geometry.simplification import ONE_AT_A_TIME
 from workers.geometry.transformations.transformed import FEWEST_FACES, TransformedMesh, part
 
 FEWEST_SAMPLED = 100  # faces that are aimed at, at least
+AGGRESSIVENESS = 7.0  # of the simplifier: how fast the error that it allows grows
 
 
 def resample(mesh: TriangleMesh, *, share: float) -> TransformedMesh:
@@ -26,14 +27,23 @@ def resample(mesh: TriangleMesh, *, share: float) -> TransformedMesh:
     return part(mesh, np.ones(mesh.n_faces, dtype=np.bool_))
 
 
-def decimated(mesh: TriangleMesh, n_faces: int) -> TransformedMesh:
-    """The mesh simplified to about so many faces, none of them degenerate or repeated."""
+def decimated(
+    mesh: TriangleMesh, n_faces: int, *, aggressiveness: float = AGGRESSIVENESS
+) -> TransformedMesh:
+    """The mesh simplified to about so many faces, none of them degenerate or repeated.
+
+    The less aggressive, the more strictly the smallest errors go first.
+    """
     centre, unit = mesh.vertices.mean(axis=0), np.sqrt(mesh.area)
     vertices = (mesh.vertices - centre) / unit
     faces = mesh.faces.astype(np.int32)
     with ONE_AT_A_TIME:
         *_, collapses = fast_simplification.simplify(
-            vertices.copy(), faces.copy(), target_count=n_faces, return_collapses=True
+            vertices.copy(),
+            faces.copy(),
+            target_count=n_faces,
+            agg=aggressiveness,
+            return_collapses=True,
         )
         points, triangles, owners = fast_simplification.replay_simplification(
             vertices.copy(), faces.copy(), collapses
