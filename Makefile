@@ -11,20 +11,27 @@ PORT   ?= 8000
 export PIP_REQUIRE_VIRTUALENV := 1
 
 .DEFAULT_GOAL := help
-.PHONY: help setup demo serve test check benchmark train-default lock clean
+.PHONY: help setup page demo serve test check benchmark train-default lock clean
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## /{printf "  make %-13s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
 
 setup: $(VENV)/.runtime ## create .venv with what the service needs, from the lock file
 
+page: $(VENV)/.runtime ## build the page at /, with Node from a wheel; once for the same sources
+	@$(BIN)/python -m service.web --is-built || { \
+	    echo "building the page (a minute or so, once)"; \
+	    $(PIP) --require-hashes -r requirements/page.txt && $(BIN)/python -m service.web; }
+
 demo: $(VENV)/.runtime ## start everything, load the demo collection, ask; EXIT=1 ends there
+	@$(MAKE) --no-print-directory page || echo "the page was not built; everything else works"
 	@$(BIN)/proteus demo --data-dir $(DATA) --port $(PORT) $(if $(EXIT),--exit)
 
 serve: $(VENV)/.runtime ## start everything: broker, worker and API as one program
+	@$(MAKE) --no-print-directory page || echo "the page was not built; everything else works"
 	@$(BIN)/proteus serve --data-dir $(DATA) --port $(PORT)
 
-test: $(VENV)/.dev ## set up and pass all tests
+test: $(VENV)/.dev page ## set up and pass all tests
 	$(BIN)/python -m pytest $(PYTEST)
 
 check: $(VENV)/.dev ## lint, types and import contracts
@@ -32,6 +39,7 @@ check: $(VENV)/.dev ## lint, types and import contracts
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 	$(BIN)/lint-imports
+	$(BIN)/python -m service.web --check
 
 benchmark: $(VENV)/.dev ## measure side by side with peers
 	$(BIN)/python -m benchmarks
@@ -43,10 +51,12 @@ lock: ## resolve the dependencies anew (needs uv on the PATH)
 	uv pip compile -q --universal --python-version 3.11 --generate-hashes --no-annotate --no-header \
 	    pyproject.toml requirements/build.in -o requirements/runtime.txt
 	uv pip compile -q --universal --python-version 3.11 --generate-hashes --no-annotate --no-header \
+	    requirements/page.in -o requirements/page.txt
+	uv pip compile -q --universal --python-version 3.11 --generate-hashes --no-annotate --no-header \
 	    --group dev -c requirements/runtime.txt pyproject.toml requirements/build.in -o requirements/dev.txt
 
 clean: ## remove the environment and all caches, but no data
-	rm -rf $(VENV) build dist *.egg-info .pytest_cache .mypy_cache .ruff_cache .hypothesis .import_linter_cache
+	rm -rf $(VENV) build dist service/web/dist service/web/node_modules *.egg-info .pytest_cache .mypy_cache .ruff_cache .hypothesis .import_linter_cache
 
 $(VENV)/bin/python:
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \

