@@ -1,0 +1,88 @@
+// How files come to a collection: dropped anywhere on its page, chosen, or as a whole folder.
+
+import { useEffect, useRef, useState } from "preact/hooks";
+import { tell, tellProblem } from "../../ui/toasts";
+import { ACCEPTED, pickChosen, pickDropped, type Picked } from "./files";
+
+type Take = (picked: Picked) => void;
+
+export function AddButtons(props: { take: Take }) {
+  return (
+    <>
+      <ChooseButton take={props.take} name="Add meshes" />
+      <ChooseButton take={props.take} name="Add a folder" isFolder />
+    </>
+  );
+}
+
+function ChooseButton(props: { take: Take; name: string; isFolder?: boolean }) {
+  const input = useRef<HTMLInputElement>(null);
+  useEffect(() => {
+    if (input.current) input.current.webkitdirectory = props.isFolder ?? false;
+  }, [props.isFolder]);
+  return (
+    <>
+      <button type="button" onClick={() => input.current?.click()}>
+        {props.name}
+      </button>
+      <input
+        ref={input}
+        type="file"
+        multiple
+        hidden
+        aria-label={props.name}
+        accept={props.isFolder ? undefined : ACCEPTED}
+        onChange={(event) => {
+          take(pickChosen(event.currentTarget.files ?? []), props.take);
+          event.currentTarget.value = "";
+        }}
+      />
+    </>
+  );
+}
+
+/** Over the whole page while files are dragged: where they would go. */
+export function DropAnywhere(props: { collection: string; take: Take }) {
+  const [isOver, setOver] = useState(false);
+  const taker = useRef(props.take);
+  taker.current = props.take;
+  useEffect(() => {
+    let timer = 0;
+    const over = (event: DragEvent) => {
+      if (!event.dataTransfer?.types.includes("Files")) return;
+      event.preventDefault();
+      setOver(true);
+      window.clearTimeout(timer); // no more such events: the drag has left the window, or was given up
+      timer = window.setTimeout(() => setOver(false), 600);
+    };
+    const drop = (event: DragEvent) => {
+      if (!event.dataTransfer?.types.includes("Files")) return;
+      event.preventDefault();
+      window.clearTimeout(timer);
+      setOver(false);
+      pickDropped(event.dataTransfer).then((picked) => take(picked, taker.current), tellProblem);
+    };
+    addEventListener("dragenter", over);
+    addEventListener("dragover", over);
+    addEventListener("drop", drop);
+    return () => {
+      window.clearTimeout(timer);
+      removeEventListener("dragenter", over);
+      removeEventListener("dragover", over);
+      removeEventListener("drop", drop);
+    };
+  }, []);
+  if (!isOver) return null;
+  return (
+    <div class="dropanywhere">
+      <p>
+        Drop meshes, folders or zip archives to add them to <strong>{props.collection}</strong>
+      </p>
+    </div>
+  );
+}
+
+function take(picked: Picked, on: Take): void {
+  if (picked.files.length + picked.leftOut.length === 0) tell("There was nothing in it that could be added.");
+  else on(picked);
+}

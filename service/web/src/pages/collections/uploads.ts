@@ -1,0 +1,223 @@
+// Uploads that go on while other pages are looked at: what is sent, in which requests, and what came of it.
+
+import { computed, signal } from "@preact/signals";
+import { ask, Problem, upload as post } from "../../api/client";
+import { pause } from "../../api/jobs";
+import type { Job, Shape } from "../../api/types";
+import { sentence } from "../../ui/basics";
+import { asProblem } from "../../ui/loading";
+import { tell, tellProblem } from "../../ui/toasts";
+import { isArchive, type Picked } from "./files";
+import { each } from "./pool";
+import { Work, type At, type Upload } from "./work";
+
+const BATCH_FILES = 20;
+const BATCH_BYTES = 32 * 1024 ** 2;
+const AT_ONCE = 2;
+const TRIES = 3;
+const AWAY_MILLISECONDS = 2000;
+const OF_THE_FILE = [400, 413, 415, 422];
+
+/** What is sent to one collection. */
+export class Uploads {
+  readonly all = signal<readonly Upload[]>([]);
+  readonly leftOut = signal<readonly string[]>([]);
+  readonly groups = computed(() => grouped(this.all.value));
+  readonly isBusy = computed(() => (["waiting", "sending", "computing"] as const).some((is) => this.groups.value.has(is)));
+  readonly isSending = computed(() => this.groups.value.has("waiting") || this.groups.value.has("sending"));
+  private queue: Upload[] = [];
+  private works: Work[] = [];
+  private senders = 0;
+  private last = 0;
+  private abort = new AbortController();
+
+  constructor(public collection: string) {}
+
+  add(picked: Picked): void {
+    const added = picked.files.map(({ file, name }): Upload => {
+      return { id: ++this.last, file, name, at: signal<At>({ is: "waiting" }), tries: 0 };
+    });
+    this.all.value = [...this.all.value, ...added];
+    this.leftOut.value = [...this.leftOut.value, ...picked.leftOut];
+    this.enqueue(added);
+  }
+
+  /** Send and compute no more; what is ready stays. */
+  stop(): void {
+    this.abort.abort();
+    this.abort = new AbortController();
+    for (const upload of this.queue) upload.at.value = { is: "stopped" };
+    this.queue = [];
+    void each(this.works, 4, (work) => work.cancel()).catch(tellProblem);
+  }
+
+  /** Send again what was not sent, compute again what could not be computed. */
+  async retry(uploads: readonly Upload[]): Promise<void> {
+    const unsent = uploads.filter(({ at: { value } }) => value.is === "stopped" || (value.is === "failed" && value.work === null));
+    for (const upload of unsent) upload.tries = 0;
+    this.enqueue(unsent);
+    const works = new Set(uploads.map(({ at: { value } }) => (value.is === "failed" ? value.work : null)));
+    for (const work of works) {
+      if (work === null) continue;
+      try {
+        const again = await work.retry();
+        if (again !== null) this.works = [...this.works, again];
+        else tell("No job was found in which it could be tried again.");
+      } catch (error) {
+        tellProblem(error);
+      }
+    }
+  }
+
+  clear(): void {
+    this.all.value = [];
+    this.leftOut.value = [];
+    this.works = [];
+  }
+
+  private enqueue(uploads: readonly Upload[]): void {
+    for (const upload of uploads) upload.at.value = { is: "waiting" };
+    this.queue.push(...uploads);
+    while (this.senders < AT_ONCE && this.queue.length > 0) void this.work();
+  }
+
+  private async work(): Promise<void> {
+    this.senders++;
+    while (this.queue.length > 0) {
+      const batch = nextBatch(this.queue);
+      await this.send(batch, this.abort.signal);
+    }
+    this.senders--;
+  }
+
+  private async send(batch: readonly Upload[], stopped: AbortSignal): Promise<void> {
+    const share = signal(0);
+    const form = new FormData();
+    for (const upload of batch) {
+      upload.at.value = { is: "sending", share };
+      form.append("files", upload.file, upload.name);
+    }
+    try {
+      const path = `v1/collections/${this.collection}/shapes`;
+      const { answer } = await post<{ job: Job; shapes: Shape[] }>(path, form, (value) => (share.value = value), stopped);
+      const shapes = await pairUp(batch, answer.shapes);
+      const work = new Work(answer.job, batch.map((upload, i) => ({ upload, shape: shapes[i] ?? null })));
+      this.works = [...this.works, work];
+      if (stopped.aborted) await work.cancel();
+    } catch (error) {
+      if (stopped.aborted) for (const upload of batch) upload.at.value = { is: "stopped" };
+      else await this.refused(batch, asProblem(error), stopped);
+    }
+  }
+
+  private async refused(batch: readonly Upload[], problem: Problem, stopped: AbortSignal): Promise<void> {
+    if (problem.isAway) return this.sendLater(batch, problem, stopped);
+    if (!OF_THE_FILE.includes(problem.status)) {
+      fail([...batch, ...this.queue.splice(0)], problem); // of the others nothing else would become
+    } else if (batch.length === 1) fail(batch, problem);
+    else {
+      const half = batch.length >> 1; // one of them is refused: find out which
+      await this.send(batch.slice(0, half), stopped);
+      if (!stopped.aborted) await this.send(batch.slice(half), stopped);
+      else for (const upload of batch.slice(half)) upload.at.value = { is: "stopped" };
+    }
+  }
+
+  /** Nobody took it: try again as soon as the service is back, unless it is the file that is gone. */
+  private async sendLater(batch: readonly Upload[], problem: Problem, stopped: AbortSignal): Promise<void> {
+    for (const upload of batch) {
+      upload.tries++;
+      if (!(await isReadable(upload.file))) {
+        upload.at.value = { is: "failed", reason: "The file cannot be read any more; choose it again.", work: null };
+      } else if (upload.tries >= TRIES) fail([upload], problem);
+      else if (stopped.aborted) upload.at.value = { is: "stopped" };
+      else {
+        upload.at.value = { is: "waiting" };
+        this.queue.unshift(upload);
+      }
+    }
+    await serviceIsBack(stopped);
+  }
+}
+
+function grouped(uploads: readonly Upload[]): Map<At["is"], Upload[]> {
+  const groups = new Map<At["is"], Upload[]>();
+  for (const upload of uploads) {
+    const { is } = upload.at.value;
+    const group = groups.get(is);
+    if (group) group.push(upload);
+    else groups.set(is, [upload]);
+  }
+  return groups;
+}
+
+/** Take from a queue what goes into one request; an archive goes alone, so that its job is its own. */
+function nextBatch(queue: Upload[]): Upload[] {
+  let size = 0;
+  let files = 0;
+  for (const { file, name } of queue) {
+    if (files > 0 && (files === BATCH_FILES || size + file.size > BATCH_BYTES || isArchive(name))) break;
+    files++;
+    size += file.size;
+    if (isArchive(name)) break;
+  }
+  return queue.splice(0, files);
+}
+
+/** Which shape each file is: they come in the files' order, equal files being one. */
+async function pairUp(batch: readonly Upload[], shapes: readonly Shape[]): Promise<(Shape | null)[]> {
+  if (batch.some(({ name }) => isArchive(name))) return [];
+  if (shapes.length === batch.length) return [...shapes];
+  const firsts: File[] = [];
+  const places: number[] = [];
+  for (const { file } of batch) {
+    let place = 0;
+    while (place < firsts.length && !(await areEqual(firsts[place]!, file))) place++;
+    if (place === firsts.length) firsts.push(file);
+    places.push(place);
+  }
+  return firsts.length === shapes.length ? places.map((place) => shapes[place] ?? null) : [];
+}
+
+async function areEqual(one: File, other: File): Promise<boolean> {
+  if (one.size !== other.size) return false;
+  const [a, b] = await Promise.all([one.arrayBuffer(), other.arrayBuffer()]);
+  const [x, y] = [new Uint8Array(a), new Uint8Array(b)];
+  return x.every((value, i) => value === y[i]);
+}
+
+function fail(uploads: readonly Upload[], problem: Problem): void {
+  for (const upload of uploads) upload.at.value = { is: "failed", reason: sentence(problem.message), work: null };
+}
+
+async function isReadable(file: File): Promise<boolean> {
+  return file.slice(0, 1).arrayBuffer().then(() => true, () => false);
+}
+
+/** Ask until the service can work again, or there is nothing to be sent any more. */
+async function serviceIsBack(stopped: AbortSignal): Promise<void> {
+  for (let isBack = false; !isBack && !stopped.aborted; ) {
+    await pause(AWAY_MILLISECONDS);
+    isBack = await ask("readyz").then(() => true, () => false);
+  }
+}
+
+const known = signal<readonly Uploads[]>([]);
+
+/** Uploads to a collection, made when they are first asked for. */
+export function uploadsTo(collection: string): Uploads {
+  const found = known.peek().find((uploads) => uploads.collection === collection);
+  if (found) return found;
+  const made = new Uploads(collection);
+  known.value = [...known.peek(), made];
+  return made;
+}
+
+/** A collection has another name: what is still to be sent goes there. */
+export function renameUploads(before: string, after: string): void {
+  for (const uploads of known.peek()) if (uploads.collection === before) uploads.collection = after;
+}
+
+window.addEventListener("beforeunload", (event) => {
+  if (known.peek().some((uploads) => uploads.isSending.value)) event.preventDefault();
+});

@@ -1,0 +1,93 @@
+// Questions: with a stored shape, or with a mesh that the person has.
+
+import { ask, Problem, send, upload } from "../../api/client";
+import { watchJob } from "../../api/jobs";
+import type { Filter, Job, QueryOptions, QueryResult } from "../../api/types";
+
+/** What is asked with. */
+export type Subject = { kind: "shape"; id: string } | { kind: "query"; id: string };
+
+/** What narrows a search, as it stands in the address. */
+export interface Narrowing {
+  model: string | null;
+  label: string | null;
+  transformation: string | null;
+}
+
+/** How many matches are fetched at once; fewer are shown as the slider says. */
+export const MOST_MATCHES = 100;
+
+/** Where a question that was sent is. */
+export type Stage = { at: "sending"; share: number } | { at: "waiting"; job: Job | null };
+
+/** Files that were asked with in this tab, by the id of the question. */
+const files = new Map<string, File>();
+
+export function fileOf(query: string): File | null {
+  return files.get(query) ?? null;
+}
+
+export function optionsOf(narrowing: Narrowing): QueryOptions {
+  const must = (["label", "transformation"] as const)
+    .filter((field) => narrowing[field])
+    .map((field) => ({ field, equals: narrowing[field] }));
+  const filter: Filter | null = must.length ? { must } : null;
+  return { limit: MOST_MATCHES, ...(narrowing.model && { model: narrowing.model }), ...(filter && { filter }) };
+}
+
+export function askWithShape(
+  collection: string,
+  shape: string,
+  narrowing: Narrowing,
+  signal: AbortSignal,
+): Promise<QueryResult> {
+  const json = { shape_id: shape, ...optionsOf(narrowing) };
+  return ask<QueryResult>(`v1/collections/${collection}/query`, { json, signal });
+}
+
+/** Send a mesh as a question; the id under which its answer is found. */
+export async function askWithMesh(
+  collection: string,
+  file: File,
+  narrowing: Narrowing,
+  tell: (stage: Stage) => void,
+  signal: AbortSignal,
+): Promise<string> {
+  const form = new FormData();
+  form.append("mesh", file, file.name);
+  for (const [name, value] of Object.entries(optionsOf(narrowing))) {
+    form.append(name, typeof value === "object" ? JSON.stringify(value) : String(value));
+  }
+  tell({ at: "sending", share: 0 });
+  const path = `v1/collections/${collection}/query/mesh?wait=0`;
+  const sent = await upload<{ query_id?: string }>(path, form, (share) => tell({ at: "sending", share }), signal);
+  const id = sent.answer.query_id ?? sent.location?.split("/").pop();
+  if (!id) throw new Problem(-1, "The question cannot be found again", "The service gave it no address.");
+  files.set(id, file);
+  return id;
+}
+
+/** The answer to a question, once its mesh is described. */
+export async function answerOf(
+  query: string,
+  tell: (stage: Stage) => void,
+  signal: AbortSignal,
+): Promise<QueryResult> {
+  for (;;) {
+    const response = await send(`v1/queries/${query}`, { signal });
+    if (response.status === 200) return (await response.json()) as QueryResult;
+    const { job } = (await response.json()) as { job: Job };
+    tell({ at: "waiting", job });
+    await watchJob(job.id, (newer) => tell({ at: "waiting", job: newer }), signal);
+  }
+}
+
+/** The mesh of a question: the person's own file, or what the service kept of it. */
+export async function meshOf(query: string, signal: AbortSignal): Promise<File> {
+  const own = files.get(query);
+  if (own) return own;
+  const response = await send(`v1/queries/${query}/mesh`, { signal });
+  const told = response.headers.get("Content-Disposition") ?? "";
+  const encoded = /filename\*=UTF-8''([^;]+)/.exec(told)?.[1];
+  return new File([await response.blob()], encoded ? decodeURIComponent(encoded) : "mesh");
+}

@@ -1,0 +1,193 @@
+// Search: a mesh or a stored shape in, ranked shapes out, and why each of them is there.
+
+import { useEffect, useRef, useState } from "preact/hooks";
+import { ask } from "../../api/client";
+import type { Collection, Page, QueryResult } from "../../api/types";
+import { change, go, linkTo, route } from "../../router";
+import { Bar, Empty, Field, Heading, JobBar, Trouble } from "../../ui/basics";
+import { asProblem, useLoad, type Loaded } from "../../ui/loading";
+import { count } from "../../ui/words";
+import { answerOf, askWithMesh, askWithShape, meshOf, type Narrowing, type Stage, type Subject } from "./asking";
+import { Comparison } from "./comparison";
+import { Results } from "./results";
+import { Start } from "./start";
+import "./search.css";
+
+const LIKED = "demo"; // shown first where it exists
+
+export function SearchPage() {
+  const collections = useLoad(
+    (signal) => ask<Page<Collection>>("v1/collections?limit=1000", { signal }).then((page) => page.items),
+    [],
+  );
+  if (collections.value === null) {
+    return <>{collections.problem ? <Trouble problem={collections.problem} /> : <p class="loading">Loading…</p>}</>;
+  }
+  if (collections.value.length === 0) return <NothingToSearch />;
+  return <Search collections={collections.value} />;
+}
+
+function NothingToSearch() {
+  return (
+    <Empty title="There is nothing to search yet">
+      <p>
+        Make a collection and drop your meshes on it, or run <code>make demo</code> for a collection of creatures.
+      </p>
+      <a class="button main" href={linkTo(["collections"])}>
+        Make a collection
+      </a>
+    </Empty>
+  );
+}
+
+function chosenCollection(collections: Collection[], named: string | undefined): string {
+  if (named) return named;
+  const full = collections.filter((collection) => collection.ready_count > 0);
+  return (full.find((collection) => collection.name === LIKED) ?? full[0] ?? collections[0]!).name;
+}
+
+function readSubject(query: URLSearchParams): Subject | null {
+  const [shape, mesh] = [query.get("shape"), query.get("query")];
+  return shape ? { kind: "shape", id: shape } : mesh ? { kind: "query", id: mesh } : null;
+}
+
+function Search(props: { collections: Collection[] }) {
+  const { path, query } = route.value;
+  const name = chosenCollection(props.collections, path[1]);
+  const subject = readSubject(query);
+  const narrowing: Narrowing = {
+    model: query.get("model"),
+    label: query.get("label"),
+    transformation: query.get("transformation"),
+  };
+  const [stage, setStage] = useState<Stage | null>(null);
+  const result = useLoad<QueryResult | null>(
+    async (signal) => {
+      setStage(null);
+      if (subject === null) return null;
+      if (subject.kind === "shape") return askWithShape(name, subject.id, narrowing, signal);
+      return answerOf(subject.id, setStage, signal);
+    },
+    [name, subject?.kind, subject?.id, narrowing.model, narrowing.label, narrowing.transformation],
+  );
+  const asking = useAsking(name, narrowing, setStage);
+  const waits = stage !== null && (asking.isBusy || (result.isLoading && result.value === null));
+
+  /** Other filters: a stored shape is asked with again, a mesh has to be sent again. */
+  const narrow = async (changed: Partial<Narrowing>) => {
+    if (subject?.kind !== "query") return change({ ...changed, match: null });
+    await asking.again(subject.id, name, { ...narrowing, ...changed });
+  };
+  const move = async (collection: string) => {
+    if (subject?.kind === "query") return asking.again(subject.id, collection, { ...narrowing, model: null });
+    go(linkTo(["search", collection], subject ? { shape: subject.id } : {}));
+  };
+  const collection = props.collections.find((one) => one.name === name);
+  return (
+    <>
+      <Heading
+        title="Find a shape"
+        hint="Drop a mesh, and get back the same shape in another pose, at another scale, noisy, with holes, coarser, or with parts missing."
+      >
+        <CollectionChoice collections={props.collections} name={name} move={move} />
+      </Heading>
+      {subject === null && <Start collection={name} count={collection?.ready_count ?? 0} send={asking.send} isBusy={waits} />}
+      {waits && <Waiting stage={stage} />}
+      <Trouble problem={asking.problem ?? result.problem} again={asking.problem ? undefined : result.again} />
+      {subject !== null && result.value !== null && !waits && (
+        <Answer subject={subject} result={result as Loaded<QueryResult>} narrowing={narrowing} narrow={narrow} send={asking.send} />
+      )}
+    </>
+  );
+}
+
+function CollectionChoice(props: { collections: Collection[]; name: string; move: (name: string) => void }) {
+  const known = props.collections.some((collection) => collection.name === props.name);
+  return (
+    <Field label="Collection">
+      {(id) => (
+        <select id={id} value={props.name} onChange={(event) => props.move(event.currentTarget.value)}>
+          {!known && <option value={props.name}>{props.name} (not there)</option>}
+          {props.collections.map((collection) => (
+            <option key={collection.name} value={collection.name}>
+              {collection.name} · {count(collection.ready_count, "shape")}
+            </option>
+          ))}
+        </select>
+      )}
+    </Field>
+  );
+}
+
+function Waiting(props: { stage: Stage | null }) {
+  const { stage } = props;
+  return (
+    <div class="panel" role="status">
+      <h2>{stage?.at === "sending" ? "Sending the mesh" : "Describing the mesh"}</h2>
+      {stage?.at === "waiting" && stage.job ? (
+        <JobBar job={stage.job} label="describing the mesh" />
+      ) : (
+        <Bar value={stage?.at === "sending" ? stage.share : null} label="sending the mesh" />
+      )}
+    </div>
+  );
+}
+
+/** Sending meshes as questions; the answer's address becomes the page's. */
+function useAsking(collection: string, narrowing: Narrowing, tell: (stage: Stage | null) => void) {
+  const [isBusy, setBusy] = useState(false);
+  const [problem, setProblem] = useState<ReturnType<typeof asProblem> | null>(null);
+  const running = useRef<AbortController | null>(null);
+  useEffect(() => () => running.current?.abort(), []);
+
+  const run = async (where: string, how: Narrowing, replace: boolean, file: (signal: AbortSignal) => Promise<File>) => {
+    running.current?.abort();
+    const abort = new AbortController();
+    running.current = abort;
+    setBusy(true);
+    setProblem(null);
+    try {
+      const id = await askWithMesh(where, await file(abort.signal), how, tell, abort.signal);
+      tell({ at: "waiting", job: null });
+      go(linkTo(["search", where], { query: id, ...how }), { replace });
+    } catch (error) {
+      if (!abort.signal.aborted) setProblem(asProblem(error));
+    } finally {
+      if (running.current === abort) setBusy(false);
+    }
+  };
+  return {
+    isBusy,
+    problem,
+    send: (file: File) => run(collection, { ...narrowing, label: null, transformation: null }, false, async () => file),
+    again: (query: string, where: string, how: Narrowing) => run(where, how, true, (signal) => meshOf(query, signal)),
+  };
+}
+
+interface AnswerProps {
+  subject: Subject;
+  result: Loaded<QueryResult>;
+  narrowing: Narrowing;
+  narrow: (changed: Partial<Narrowing>) => void;
+  send: (file: File) => void;
+}
+
+function Answer(props: AnswerProps) {
+  const { subject, narrowing } = props;
+  const result = props.result.value!;
+  const chosen = route.value.query.get("match");
+  const match = result.matches.find((one) => one.shape.id === chosen) ?? result.matches[0] ?? null;
+  return (
+    <div class={props.result.isLoading ? "answer older" : "answer"}>
+      <Results
+        result={result}
+        chosen={match?.shape.id ?? null}
+        choose={(id) => change({ match: id })}
+        narrowing={narrowing}
+        narrow={props.narrow}
+        send={props.send}
+      />
+      {match && <Comparison subject={subject} match={match} model={result.model} />}
+    </div>
+  );
+}
