@@ -127,7 +127,9 @@ export class LiveList<Item extends { id: string }> {
     const parts = this.parts.value;
     const end = this.grows === "first" ? 0 : parts.length - 1;
     let position = 0;
-    return parts.filter((part, index) => part.items.filter((item) => isStale(item, position++)).length > 0 || index === end);
+    return parts.filter(
+      (part, index) => part.items.filter((item) => isStale(item, position++)).length > 0 || index === end,
+    );
   }
 
   /** Put a page that was asked for again in the place of the one before. */
@@ -135,7 +137,9 @@ export class LiveList<Item extends { id: string }> {
     const index = this.parts.value.findIndex((part) => part.cursor === cursor);
     const before = this.parts.value[index];
     if (before === undefined) return;
-    const others = new Set(this.parts.value.flatMap((part) => (part === before ? [] : part.items.map((item) => item.id))));
+    const others = new Set(
+      this.parts.value.flatMap((part) => (part === before ? [] : part.items.map((item) => item.id))),
+    );
     const found = new Set(page.items.map((item) => item.id));
     const lastKept = before.items.findLastIndex((item) => found.has(item.id));
     if (lastKept < 0 && before.items.length > 0 && !page.items.some((item) => others.has(item.id))) {

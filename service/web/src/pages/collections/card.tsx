@@ -60,7 +60,8 @@ function AgainButton(props: Props & { name: string }) {
     setBusy(true);
     try {
       const job = await tryAgain(props.shape);
-      if (job === null) tell(`No job was found in which ${props.name} could be tried again. Delete it and add it anew.`);
+      if (job === null)
+        tell(`No job was found in which ${props.name} could be tried again. Delete it and add it anew.`);
       else {
         props.queued();
         props.changed();
@@ -72,7 +73,13 @@ function AgainButton(props: Props & { name: string }) {
     }
   };
   return (
-    <button type="button" class="small" disabled={isBusy} aria-label={`Try ${props.name} again`} onClick={() => void again()}>
+    <button
+      type="button"
+      class="small"
+      disabled={isBusy}
+      aria-label={`Try ${props.name} again`}
+      onClick={() => void again()}
+    >
       Try again
     </button>
   );

@@ -28,12 +28,20 @@ export function deleteShapes(collection: string, shapes: readonly Shape[], done:
     counted(collection, -back.length);
   };
   const act = async () => {
-    const kept = await deleteEach(ids, (id) => `v1/shapes/${id}`, () => counted(collection, -1));
+    const kept = await deleteEach(
+      ids,
+      (id) => `v1/shapes/${id}`,
+      () => counted(collection, -1),
+    );
     put(kept);
     done();
   };
   const what = shapes.length === 1 ? fileName(first.name) : count(shapes.length, "shape");
-  doLater(`${what} deleted`, () => void act(), () => put(ids));
+  doLater(
+    `${what} deleted`,
+    () => void act(),
+    () => put(ids),
+  );
 }
 
 export function deleteCollection(collection: Collection): void {
@@ -41,10 +49,18 @@ export function deleteCollection(collection: Collection): void {
   const keys = [keyOf(collection)];
   hide(keys);
   const act = async () => {
-    const kept = await deleteEach([name], (one) => `v1/collections/${one}`, () => {});
+    const kept = await deleteEach(
+      [name],
+      (one) => `v1/collections/${one}`,
+      () => {},
+    );
     if (kept.length > 0) show(keys);
   };
-  doLater(`${name} deleted, with its shapes`, () => void act(), () => show(keys));
+  doLater(
+    `${name} deleted, with its shapes`,
+    () => void act(),
+    () => show(keys),
+  );
 }
 
 export function isHiddenCollection(collection: Collection): boolean {
@@ -57,7 +73,11 @@ function keyOf(collection: Collection): string {
 }
 
 /** Delete each; those that could not be. What is gone already counts as deleted. */
-async function deleteEach(names: readonly string[], path: (name: string) => string, one: () => void): Promise<string[]> {
+async function deleteEach(
+  names: readonly string[],
+  path: (name: string) => string,
+  one: () => void,
+): Promise<string[]> {
   const kept: string[] = [];
   let reason: unknown = null;
   await each(names, isLeaving ? names.length : AT_ONCE, async (name) => {

@@ -18,7 +18,10 @@ export function Editing(props: { collection: Collection; close: () => void; chan
   const save = async () => {
     setBusy(true);
     try {
-      const json = { ...(name !== before.name && { name }), ...(description !== before.description && { description }) };
+      const json = {
+        ...(name !== before.name && { name }),
+        ...(description !== before.description && { description }),
+      };
       const after = await ask<Collection>(`v1/collections/${before.name}`, { method: "PATCH", json });
       props.close();
       if (after.name === before.name) return props.changed();

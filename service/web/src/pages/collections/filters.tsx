@@ -35,11 +35,20 @@ export function isFiltered(filters: Filters): boolean {
 export function FilterRow(props: { filters: Filters; shapes: readonly Shape[] }) {
   const { filters, shapes } = props;
   return (
-    <form class="row filters" role="search" aria-label="Which shapes are shown" onSubmit={(event) => event.preventDefault()}>
+    <form
+      class="row filters"
+      role="search"
+      aria-label="Which shapes are shown"
+      onSubmit={(event) => event.preventDefault()}
+    >
       <Exact name="label" title="Label" value={filters.label} known={shapes.map((shape) => shape.label)} />
       <Field label="State">
         {(id) => (
-          <select id={id} value={filters.state ?? ""} onChange={(event) => change({ state: event.currentTarget.value })}>
+          <select
+            id={id}
+            value={filters.state ?? ""}
+            onChange={(event) => change({ state: event.currentTarget.value })}
+          >
             <option value="">any</option>
             {STATES.map(([state, name]) => (
               <option key={state} value={state}>
@@ -55,12 +64,9 @@ export function FilterRow(props: { filters: Filters; shapes: readonly Shape[] })
         value={filters.transformation}
         known={shapes.map((shape) => shape.transformation)}
       />
-      <Exact name="name" title="Name" value={filters.name} known={[]} hint="whole, with its ending" />
+      <Exact name="name" title="Name" value={filters.name} known={[]} hint="the whole name" />
       {isFiltered(filters) && (
-        <button
-          type="button"
-          onClick={() => change({ label: null, state: null, transformation: null, name: null })}
-        >
+        <button type="button" onClick={() => change({ label: null, state: null, transformation: null, name: null })}>
           Show all
         </button>
       )}

@@ -38,7 +38,10 @@ export function MovePanel(props: { collection: Collection; moved: () => void }) 
   const begin = async (model: string) => {
     setProblem(null);
     try {
-      const answer = await ask<{ job: Job }>(`v1/collections/${collection.name}/model`, { method: "PUT", json: { model } });
+      const answer = await ask<{ job: Job }>(`v1/collections/${collection.name}/model`, {
+        method: "PUT",
+        json: { model },
+      });
       setJob(answer.job);
       if (hasEnded(answer.job)) moved();
     } catch (error) {
@@ -94,7 +97,8 @@ function Moving(props: { job: Job }) {
   return (
     <div class="moving">
       <p>
-        <a href={linkTo(["jobs", props.job.id])}>Moving to {props.job.model}</a>. Searches go on as before until it is done.
+        <a href={linkTo(["jobs", props.job.id])}>Moving to {props.job.model}</a>. Searches go on as before until it is
+        done.
       </p>
       <JobBar job={props.job} label={`moving to ${props.job.model}`} />
     </div>

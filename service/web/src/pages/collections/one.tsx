@@ -42,7 +42,12 @@ export function OneCollection(props: { name: string }) {
       {loaded.problem && !loaded.problem.isAway && <Trouble problem={loaded.problem} again={loaded.again} />}
       <MovePanel collection={collection} moved={loaded.again} />
       <UploadPanel uploads={uploads} />
-      <Shapes collection={collection} isSettled={isSettled} changed={loaded.again} add={(picked) => uploads.add(picked)} />
+      <Shapes
+        collection={collection}
+        isSettled={isSettled}
+        changed={loaded.again}
+        add={(picked) => uploads.add(picked)}
+      />
       <DropAnywhere collection={collection.name} take={(picked) => uploads.add(picked)} />
     </>
   );

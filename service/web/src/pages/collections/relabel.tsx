@@ -45,7 +45,11 @@ export function Relabelling(props: Props) {
       setDone(null);
       return;
     }
-    tell(label.trim() ? `${count(shapes.length, "shape")} labelled ${label.trim()}` : `${count(shapes.length, "label")} removed`);
+    tell(
+      label.trim()
+        ? `${count(shapes.length, "shape")} labelled ${label.trim()}`
+        : `${count(shapes.length, "label")} removed`,
+    );
     props.done();
     props.close();
   };
@@ -58,7 +62,10 @@ export function Relabelling(props: Props) {
         }}
       >
         <Trouble problem={problem} />
-        <Field label="Label" hint="What all of them are. Left empty, their labels are removed. Nothing is computed again.">
+        <Field
+          label="Label"
+          hint="What all of them are. Left empty, their labels are removed. Nothing is computed again."
+        >
           {(id) => (
             <input
               id={id}

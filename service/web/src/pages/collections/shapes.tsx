@@ -46,8 +46,9 @@ export function Shapes(props: Props) {
     heading.current?.focus();
   };
   const keys = (event: KeyboardEvent) => {
-    if (selection.chosen.length === 0 || event.target instanceof HTMLSelectElement) return;
-    if (event.target instanceof HTMLInputElement && event.target.type !== "checkbox") return;
+    const { target } = event;
+    if (selection.chosen.length === 0 || !(target instanceof HTMLElement)) return;
+    if (target.closest("dialog, form") !== null) return; // there these keys mean something else
     if (event.key === "Escape") selection.clear();
     if (event.key === "Delete") remove();
   };
@@ -61,8 +62,8 @@ export function Shapes(props: Props) {
         {shapes.length > 0 && <SelectAll list={list} all={() => selection.all(list.items.peek())} />}
       </header>
       {selection.chosen.length > 0 && (
-        <div class="chosenbar" role="toolbar" aria-label="What is selected">
-          <span>{grouped(selection.chosen.length)} selected</span>
+        <div class="chosenbar" role="group" aria-label="What is selected">
+          <span role="status">{grouped(selection.chosen.length)} selected</span>
           <button type="button" onClick={() => setRelabelling(true)}>
             Relabel
           </button>
@@ -70,7 +71,7 @@ export function Shapes(props: Props) {
             Delete
           </button>
           <button type="button" class="plain" onClick={selection.clear}>
-            Select none
+            Clear
           </button>
         </div>
       )}
@@ -92,7 +93,9 @@ export function Shapes(props: Props) {
               shape={shape}
               isChosen={selection.isChosen(shape.id)}
               choose={(isChosen, toHere) => selection.choose(position, isChosen, toHere)}
-              queued={() => list.change((other) => (other.id === shape.id ? { ...other, state: "queued", error: null } : other))}
+              queued={() =>
+                list.change((other) => (other.id === shape.id ? { ...other, state: "queued", error: null } : other))
+              }
               changed={changed}
             />
           )}
@@ -163,7 +166,9 @@ function Nothing(props: { isFiltered: boolean; add: (picked: Picked) => void }) 
   }
   return (
     <Empty title="It has no shapes yet">
-      <p>Drop meshes, folders or zip archives anywhere on this page, or choose them. A folder's name becomes the label.</p>
+      <p>
+        Drop meshes, folders or zip archives anywhere on this page, or choose them. A folder's name becomes the label.
+      </p>
       <p class="row middle">
         <AddButtons take={props.add} />
       </p>

@@ -6,6 +6,7 @@ import { Badge, Bar } from "../../ui/basics";
 import { bytes, count, share } from "../../ui/words";
 import type { Uploads } from "./uploads";
 import type { At, Upload } from "./work";
+import "./uploads.css";
 
 const SHOWN = 30;
 const GROUPS: [name: string, states: At["is"][]][] = [
@@ -120,7 +121,11 @@ function Row(props: { upload: Upload; retry: () => void }) {
   return (
     <li>
       <span class="name" title={upload.name}>
-        {at.is === "ready" && at.shape !== null ? <a href={linkTo(["shapes", at.shape])}>{upload.name}</a> : upload.name}
+        {at.is === "ready" && at.shape !== null ? (
+          <a href={linkTo(["shapes", at.shape])}>{upload.name}</a>
+        ) : (
+          upload.name
+        )}
       </span>
       <small class="quiet">{bytes(upload.file.size)}</small>
       <State at={at} />
@@ -140,8 +145,11 @@ function State(props: { at: At }) {
   if (at.is === "computing") {
     const { progress, id } = at.work.job.value;
     return (
-      <a href={linkTo(["jobs", id])} title={`${progress.done} of ${progress.total} ${progress.unit} of its job are done`}>
-        <Badge state="processing">being computed</Badge>
+      <a
+        href={linkTo(["jobs", id])}
+        title={`${progress.done} of ${progress.total} ${progress.unit} of its job are done`}
+      >
+        <Badge state="processing">computing</Badge>
       </a>
     );
   }

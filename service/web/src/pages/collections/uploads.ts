@@ -23,7 +23,9 @@ export class Uploads {
   readonly all = signal<readonly Upload[]>([]);
   readonly leftOut = signal<readonly string[]>([]);
   readonly groups = computed(() => grouped(this.all.value));
-  readonly isBusy = computed(() => (["waiting", "sending", "computing"] as const).some((is) => this.groups.value.has(is)));
+  readonly isBusy = computed(() =>
+    (["waiting", "sending", "computing"] as const).some((is) => this.groups.value.has(is)),
+  );
   readonly isSending = computed(() => this.groups.value.has("waiting") || this.groups.value.has("sending"));
   private queue: Upload[] = [];
   private works: Work[] = [];
@@ -46,17 +48,17 @@ export class Uploads {
   stop(): void {
     this.abort.abort();
     this.abort = new AbortController();
-    for (const upload of this.queue) upload.at.value = { is: "stopped" };
+    for (const upload of this.queue) upload.at.value = { is: "stopped", work: null };
     this.queue = [];
     void each(this.works, 4, (work) => work.cancel()).catch(tellProblem);
   }
 
   /** Send again what was not sent, compute again what could not be computed. */
   async retry(uploads: readonly Upload[]): Promise<void> {
-    const unsent = uploads.filter(({ at: { value } }) => value.is === "stopped" || (value.is === "failed" && value.work === null));
+    const unsent = uploads.filter((upload) => workOf(upload) === null);
+    const works = new Set(uploads.map(workOf));
     for (const upload of unsent) upload.tries = 0;
     this.enqueue(unsent);
-    const works = new Set(uploads.map(({ at: { value } }) => (value.is === "failed" ? value.work : null)));
     for (const work of works) {
       if (work === null) continue;
       try {
@@ -99,13 +101,21 @@ export class Uploads {
     }
     try {
       const path = `v1/collections/${this.collection}/shapes`;
-      const { answer } = await post<{ job: Job; shapes: Shape[] }>(path, form, (value) => (share.value = value), stopped);
+      const { answer } = await post<{ job: Job; shapes: Shape[] }>(
+        path,
+        form,
+        (value) => (share.value = value),
+        stopped,
+      );
       const shapes = await pairUp(batch, answer.shapes);
-      const work = new Work(answer.job, batch.map((upload, i) => ({ upload, shape: shapes[i] ?? null })));
+      const work = new Work(
+        answer.job,
+        batch.map((upload, i) => ({ upload, shape: shapes[i] ?? null })),
+      );
       this.works = [...this.works, work];
       if (stopped.aborted) await work.cancel();
     } catch (error) {
-      if (stopped.aborted) for (const upload of batch) upload.at.value = { is: "stopped" };
+      if (stopped.aborted) for (const upload of batch) upload.at.value = { is: "stopped", work: null };
       else await this.refused(batch, asProblem(error), stopped);
     }
   }
@@ -119,7 +129,7 @@ export class Uploads {
       const half = batch.length >> 1; // one of them is refused: find out which
       await this.send(batch.slice(0, half), stopped);
       if (!stopped.aborted) await this.send(batch.slice(half), stopped);
-      else for (const upload of batch.slice(half)) upload.at.value = { is: "stopped" };
+      else for (const upload of batch.slice(half)) upload.at.value = { is: "stopped", work: null };
     }
   }
 
@@ -130,7 +140,7 @@ export class Uploads {
       if (!(await isReadable(upload.file))) {
         upload.at.value = { is: "failed", reason: "The file cannot be read any more; choose it again.", work: null };
       } else if (upload.tries >= TRIES) fail([upload], problem);
-      else if (stopped.aborted) upload.at.value = { is: "stopped" };
+      else if (stopped.aborted) upload.at.value = { is: "stopped", work: null };
       else {
         upload.at.value = { is: "waiting" };
         this.queue.unshift(upload);
@@ -138,6 +148,11 @@ export class Uploads {
     }
     await serviceIsBack(stopped);
   }
+}
+
+/** What a file that failed or was stopped was computed in; null if it was not sent. */
+function workOf({ at: { value } }: Upload): Work | null {
+  return value.is === "failed" || value.is === "stopped" ? value.work : null;
 }
 
 function grouped(uploads: readonly Upload[]): Map<At["is"], Upload[]> {
@@ -191,14 +206,23 @@ function fail(uploads: readonly Upload[], problem: Problem): void {
 }
 
 async function isReadable(file: File): Promise<boolean> {
-  return file.slice(0, 1).arrayBuffer().then(() => true, () => false);
+  return file
+    .slice(0, 1)
+    .arrayBuffer()
+    .then(
+      () => true,
+      () => false,
+    );
 }
 
 /** Ask until the service can work again, or there is nothing to be sent any more. */
 async function serviceIsBack(stopped: AbortSignal): Promise<void> {
-  for (let isBack = false; !isBack && !stopped.aborted; ) {
+  for (let isBack = false; !isBack && !stopped.aborted;) {
     await pause(AWAY_MILLISECONDS);
-    isBack = await ask("readyz").then(() => true, () => false);
+    isBack = await ask("readyz").then(
+      () => true,
+      () => false,
+    );
   }
 }
 

@@ -18,7 +18,8 @@ export type At =
   | { is: "computing"; work: Work }
   | { is: "ready"; shape: string | null; text: string }
   | { is: "failed"; reason: string; work: Work | null }
-  | { is: "stopped" };
+  /** Sending it, or its job, was stopped. */
+  | { is: "stopped"; work: Work | null };
 
 export interface Upload {
   readonly id: number;
@@ -57,21 +58,26 @@ export class Work {
 
   async cancel(): Promise<void> {
     if (hasEnded(this.job.value)) return;
-    await ask(`v1/jobs/${this.job.value.id}/cancel`, { method: "POST" }).catch((error: unknown) => {
+    try {
+      this.job.value = await ask<Job>(`v1/jobs/${this.job.value.id}/cancel`, { method: "POST" });
+    } catch (error) {
       if (!(error instanceof Problem) || error.status !== 409) throw error; // it has ended meanwhile
-    });
+    }
   }
 
   /** Compute again what failed of it; null where there is no job any more that could. */
   async retry(): Promise<Work | null> {
-    const failed = this.parts.filter(({ upload }) => isFailed(upload.at.value, this));
+    const failed = this.parts.filter(({ upload }) => hasFailed(upload.at.value, this));
     const job = await ask<Job>(`v1/jobs/${this.job.value.id}/retry`, { method: "POST" }).catch((error: unknown) => {
       if (error instanceof Problem && error.status === 409 && hasEnded(this.job.value)) return null;
       throw error;
     });
     const again = job ?? (await this.retryElsewhere(failed));
     if (again === null) return null;
-    return new Work(again, failed.map(({ upload, shape }) => ({ upload, shape: asQueued(shape) })));
+    return new Work(
+      again,
+      failed.map(({ upload, shape }) => ({ upload, shape: asQueued(shape) })),
+    );
   }
 
   /** What was there already had failed in an earlier job. */
@@ -91,12 +97,17 @@ export class Work {
         this.job.value = job;
         void this.settle(job).catch(() => {}); // asked again at the next change, and at the end
       };
-      if (!hasEnded(this.job.value)) await watched.take(() => watchJob(this.job.value.id, tell, forever));
+      if (!hasEnded(this.job.value)) await watched.take(() => this.watch(tell));
       await this.finish();
     } catch (error) {
       const reason = sentence(asProblem(error).message);
       for (const { upload } of this.open()) upload.at.value = { is: "failed", reason, work: this };
     }
+  }
+
+  /** Once it is its turn; it may have been cancelled before. */
+  private async watch(tell: (job: Job) => void): Promise<void> {
+    if (!hasEnded(this.job.value)) await watchJob(this.job.value.id, tell, forever);
   }
 
   private open(): Part[] {
@@ -143,7 +154,9 @@ export class Work {
 
   private place(upload: Upload, shape: Shape, text = "ready"): void {
     if (shape.state === "ready") upload.at.value = { is: "ready", shape: shape.id, text };
-    if (shape.state === "failed") {
+    if (shape.state !== "failed") return;
+    if (shape.error?.type === "cancelled") upload.at.value = { is: "stopped", work: this };
+    else {
       upload.at.value = { is: "failed", reason: sentence(shape.error?.detail ?? "no reason is known"), work: this };
     }
   }
@@ -151,7 +164,7 @@ export class Work {
   private placeByJob(upload: Upload): void {
     const { errors, progress, state } = this.job.value;
     const own = isArchive(upload.name) ? errors : errors.filter(({ item }) => item === fileName(upload.name));
-    if (state === "cancelled") upload.at.value = { is: "failed", reason: "Its job was cancelled.", work: this };
+    if (state === "cancelled") upload.at.value = { is: "stopped", work: this };
     else if (own.length > 0) upload.at.value = { is: "failed", reason: inWords(own, progress.total), work: this };
     else {
       const text = isArchive(upload.name) ? `${count(progress.total, "shape")} ready` : "ready";
@@ -160,14 +173,15 @@ export class Work {
   }
 }
 
-function isFailed(at: At, work: Work): boolean {
-  return at.is === "failed" && at.work === work;
+function hasFailed(at: At, work: Work): boolean {
+  return (at.is === "failed" || at.is === "stopped") && at.work === work;
 }
 
 function inWords(errors: readonly JobError[], total: number): string {
   const [first] = errors;
   if (first === undefined) return "";
-  if (errors.length === 1) return total > 1 ? `1 of ${total} failed: ${first.item}: ${sentence(first.detail)}` : sentence(first.detail);
+  if (errors.length === 1)
+    return total > 1 ? `1 of ${total} failed: ${first.item}: ${sentence(first.detail)}` : sentence(first.detail);
   return `${errors.length} of ${total} failed; the first, ${first.item}: ${sentence(first.detail)}`;
 }
 

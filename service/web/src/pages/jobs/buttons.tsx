@@ -23,14 +23,26 @@ export function JobButtons(props: { job: Job; changed: (job: Job) => void }) {
   };
   if (!hasEnded(job)) {
     return (
-      <button type="button" class="small" disabled={isBusy} aria-label={`Cancel: ${titleOf(job)}`} onClick={() => void act("cancel")}>
+      <button
+        type="button"
+        class="small"
+        disabled={isBusy}
+        aria-label={`Cancel: ${titleOf(job)}`}
+        onClick={() => void act("cancel")}
+      >
         Cancel
       </button>
     );
   }
   if (job.state === "succeeded" && job.errors.length === 0) return null;
   return (
-    <button type="button" class="small" disabled={isBusy} aria-label={`Try again: ${titleOf(job)}`} onClick={() => void act("retry")}>
+    <button
+      type="button"
+      class="small"
+      disabled={isBusy}
+      aria-label={`Try again: ${titleOf(job)}`}
+      onClick={() => void act("retry")}
+    >
       Try again
     </button>
   );

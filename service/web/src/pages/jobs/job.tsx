@@ -10,7 +10,7 @@ import { asProblem, useEvery, useLoad } from "../../ui/loading";
 import { tellProblem } from "../../ui/toasts";
 import { count, duration } from "../../ui/words";
 import { JobButtons } from "./buttons";
-import { KINDS, STATES, titleOf } from "./words";
+import { STATES, titleOf } from "./words";
 
 const MOST_ERRORS = 1000;
 const TICK_MILLISECONDS = 1000;
@@ -65,12 +65,14 @@ function Facts(props: { job: Job }) {
   const { done, total, unit } = job.progress;
   return (
     <dl class="facts">
-      <dt>Kind</dt>
-      <dd>{KINDS[job.kind]}</dd>
-      <dt>Done</dt>
-      <dd>
-        {done} of {total} {unit}
-      </dd>
+      {hasEnded(job) && (
+        <>
+          <dt>Done</dt>
+          <dd>
+            {done} of {total} {unit}
+          </dd>
+        </>
+      )}
       {job.collection !== null && (
         <>
           <dt>Collection</dt>

@@ -65,12 +65,18 @@ function FilterRow(props: { filters: Filters }) {
   const { filters } = props;
   const collections = useLoad<Page<Collection>>((signal) => ask("v1/collections?limit=1000", { signal }), []);
   const known = collections.value?.items.map(({ name }) => name) ?? [];
-  const names = filters.collection === null || known.includes(filters.collection) ? known : [filters.collection, ...known];
+  const names =
+    filters.collection === null || known.includes(filters.collection) ? known : [filters.collection, ...known];
   return (
     <form class="row filters" aria-label="Which jobs are shown" onSubmit={(event) => event.preventDefault()}>
       <Choice name="state" title="State" value={filters.state} options={Object.entries(STATES)} />
       <Choice name="kind" title="Kind" value={filters.kind} options={Object.entries(KINDS)} />
-      <Choice name="collection" title="Collection" value={filters.collection} options={names.map((name) => [name, name])} />
+      <Choice
+        name="collection"
+        title="Collection"
+        value={filters.collection}
+        options={names.map((name) => [name, name])}
+      />
     </form>
   );
 }
@@ -84,7 +90,11 @@ function Choice(props: {
   return (
     <Field label={props.title}>
       {(id) => (
-        <select id={id} value={props.value ?? ""} onChange={(event) => change({ [props.name]: event.currentTarget.value })}>
+        <select
+          id={id}
+          value={props.value ?? ""}
+          onChange={(event) => change({ [props.name]: event.currentTarget.value })}
+        >
           <option value="">any</option>
           {props.options.map(([value, name]) => (
             <option key={value} value={value}>
@@ -148,8 +158,8 @@ function Nothing(props: { filters: Filters }) {
   return (
     <Empty title="There was no work yet">
       <p>
-        <a href={linkTo(["collections"])}>Add meshes to a collection</a> or <a href={linkTo(["models"])}>train a model</a>;
-        how far it is stands here.
+        <a href={linkTo(["collections"])}>Add meshes to a collection</a> or{" "}
+        <a href={linkTo(["models"])}>train a model</a>; how far it is stands here.
       </p>
     </Empty>
   );

@@ -10,7 +10,8 @@ export function Times(props: { job: Job }) {
       <time dateTime={job.created_at} title={new Date(job.created_at).toLocaleString("en")}>
         {ago(job.created_at)}
       </time>
-      {job.started_at !== null && `, ${job.finished_at === null ? "for" : "took"} ${duration(job.started_at, job.finished_at)}`}
+      {job.started_at !== null &&
+        `, ${job.finished_at === null ? "for" : "took"} ${duration(job.started_at, job.finished_at)}`}
     </small>
   );
 }
