@@ -48,7 +48,7 @@ def matches(page: Page) -> list[str]:
     """File names of the ranked cards."""
     cards = page.get_by_role("button", name=re.compile(r"^Rank \d+"))
     cards.first.wait_for()
-    return [str(card.get_attribute("aria-label")).split(": ")[1] for card in cards.all()]
+    return [card.locator("small").inner_text() for card in cards.all()]
 
 
 def test_a_dropped_mesh_finds_the_shape_that_it_is(running: Running, seen: Seen) -> None:

@@ -55,7 +55,7 @@ function Frame() {
 
 function Bar(props: { present: string }) {
   return (
-    <div class="topbar">
+    <header class="topbar">
       <a class="brand" href="#/">
         <img src={urlOf("favicon.svg")} alt="" width={28} height={28} />
         Proteus
@@ -69,7 +69,7 @@ function Bar(props: { present: string }) {
         <a href={urlOf("docs")}>API</a>
       </nav>
       <ThemeChoice />
-    </div>
+    </header>
   );
 }
 

@@ -64,11 +64,13 @@ function Card(props: { match: Match; isChosen: boolean; choose: () => void }) {
       type="button"
       class={props.isChosen ? "card match chosen" : "card match"}
       aria-pressed={props.isChosen}
-      aria-label={`Rank ${rank}: ${fileName(shape.name)}`}
       title={`distance ${brief(distance)}`}
       onClick={props.choose}
     >
-      <span class="rank">{rank}</span>
+      <span class="rank">
+        <span class="unseen">Rank </span>
+        {rank}
+      </span>
       <Thumbnail shape={shape} size={112} />
       <span class="name">{shape.label ?? fileName(shape.name)}</span>
       <small class="quiet name">{fileName(shape.name)}</small>
