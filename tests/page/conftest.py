@@ -56,9 +56,9 @@ class Seen:
             self.errors.append(f"{message.type}: {told}")
 
 
-@pytest.fixture(scope="session")
+@pytest.fixture(scope="module")
 def browser() -> Iterator[Browser]:
-    """Chromium, without a window."""
+    """Chromium, without a window; its event loop, which other tests must not meet, ends with it."""
     program = os.environ.get("PROTEUS_TEST_CHROMIUM") or shutil.which("chromium")
     if program is None:
         unavailable("no chromium is installed")

@@ -29,7 +29,7 @@ def fish(running: Running, number: int) -> Path:
 
 def add(page: Page, *paths: Path) -> None:
     """Choose files to be uploaded."""
-    page.get_by_label("Add meshes").set_input_files(paths)
+    page.get_by_label("Add meshes").first.set_input_files(paths)
 
 
 def test_a_collection_is_made_by_its_form(running: Running, seen: Seen) -> None:

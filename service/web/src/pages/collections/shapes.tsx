@@ -88,11 +88,11 @@ export function Shapes(props: Props) {
           more={() => void list.more()}
           seen={seen}
         >
-          {(shape, position) => (
+          {(shape) => (
             <ShapeCard
               shape={shape}
               isChosen={selection.isChosen(shape.id)}
-              choose={(isChosen, toHere) => selection.choose(position, isChosen, toHere)}
+              choose={(isChosen, toHere) => selection.choose(shape.id, isChosen, toHere)}
               queued={() =>
                 list.change((other) => (other.id === shape.id ? { ...other, state: "queued", error: null } : other))
               }
