@@ -62,7 +62,7 @@ def test_a_deleted_shape_comes_back_by_undo(running: Running, seen: Seen) -> Non
     expect(page.get_by_label("Select fish-1.ply")).to_be_visible()
     expect(page.get_by_label("Select fish-2.ply")).to_be_visible()
     page.get_by_label("Select fish-1.ply").check()
-    chosen = page.get_by_role("toolbar", name="What is selected")
+    chosen = page.locator(".chosenbar")
     chosen.get_by_role("button", name="Delete").click()
     expect(page.get_by_label("Select fish-1.ply")).to_have_count(0)
     page.get_by_role("button", name="Undo").click()
