@@ -13,7 +13,7 @@ export default defineConfig({
   },
   server: {
     proxy: Object.fromEntries(
-      ["/v1", "/docs", "/readyz", "/openapi.json"].map((path) => [path, "http://127.0.0.1:8000"]),
+      ["/v1", "/docs", "/healthz", "/readyz", "/openapi.json"].map((path) => [path, "http://127.0.0.1:8000"]),
     ),
   },
 });
