@@ -108,7 +108,8 @@ class Client:
         """
         until = time.monotonic() + self.patience_seconds
         pause = FIRST_PAUSE_SECONDS
-        query = {k: v for k, v in (params or {}).items() if v is not None and v != ""}
+        given = {k: v for k, v in (params or {}).items() if v is not None and v != ""}
+        query = given or None  # an empty one would take away what the path asks
         while True:
             last: Exception
             try:

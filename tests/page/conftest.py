@@ -88,8 +88,9 @@ def running(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Running]:
                     ("files", (path.relative_to(meshes / collection).as_posix(), path.read_bytes()))
                     for path in sorted((meshes / collection).rglob("*.ply"))
                 ]
-                path = f"/v1/collections/{collection}/shapes?wait=60"
-                client.request("POST", path, files=files)
+                path = f"/v1/collections/{collection}/shapes"
+                sent = client.request("POST", path, files=files, params={"wait": 60})
+                assert sent.json()["job"]["state"] == "succeeded"
         yield Running(url, settings, process, meshes)
 
 

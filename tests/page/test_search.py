@@ -45,7 +45,8 @@ def drop(page: Page, running: Running, name: str) -> None:
 
 
 def matches(page: Page) -> list[str]:
-    """File names of the ranked cards."""
+    """File names of the ranked cards, once the answer is that to the last question."""
+    expect(page.locator(".answer[aria-busy=false]")).to_be_visible()
     cards = page.get_by_role("button", name=re.compile(r"^Rank \d+"))
     cards.first.wait_for()
     return [card.locator("small").inner_text() for card in cards.all()]

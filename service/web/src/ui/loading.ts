@@ -16,27 +16,35 @@ const AGAIN_MILLISECONDS = 3000;
 
 /** Load when the parameters change; when the service was away, as soon as it is back. */
 export function useLoad<Value>(load: (signal: AbortSignal) => Promise<Value>, parameters: unknown[]): Loaded<Value> {
-  const [state, setState] = useState<Omit<Loaded<Value>, "again">>({ value: null, problem: null, isLoading: true });
+  const [state, setState] = useState<State<Value>>({ value: null, problem: null, of: null });
   const [turn, setTurn] = useState(0);
+  const now = [...parameters, turn];
   const again = useCallback(() => setTurn((before) => before + 1), []);
   useEffect(() => {
     const abort = new AbortController();
     let timer = 0;
-    setState((before) => ({ ...before, isLoading: true }));
     load(abort.signal)
-      .then((value) => !abort.signal.aborted && setState({ value, problem: null, isLoading: false }))
+      .then((value) => !abort.signal.aborted && setState({ value, problem: null, of: now }))
       .catch((error: unknown) => {
         if (abort.signal.aborted) return;
         const problem = asProblem(error);
-        setState((before) => ({ value: problem.isAway ? before.value : null, problem, isLoading: false }));
+        setState((before) => ({ value: problem.isAway ? before.value : null, problem, of: now }));
         if (problem.isAway) timer = window.setTimeout(again, AGAIN_MILLISECONDS);
       });
     return () => {
       abort.abort();
       window.clearTimeout(timer);
     };
-  }, [...parameters, turn]);
-  return { ...state, again };
+  }, now);
+  const isLoading = state.of === null || now.some((parameter, place) => parameter !== state.of![place]);
+  return { value: state.value, problem: state.problem, isLoading, again };
+}
+
+interface State<Value> {
+  value: Value | null;
+  problem: Problem | null;
+  /** The parameters of which this is the answer. */
+  of: unknown[] | null;
 }
 
 /** Whatever was thrown, in words. */

@@ -2,7 +2,8 @@
 
 import { ask, Problem, send, upload } from "../../api/client";
 import { watchJob } from "../../api/jobs";
-import type { Filter, Job, QueryOptions, QueryResult } from "../../api/types";
+import type { Job, QueryOptions, QueryResult } from "../../api/types";
+import { filterOf, type Test } from "./filters";
 
 /** What is asked with. */
 export type Subject = { kind: "shape"; id: string } | { kind: "query"; id: string };
@@ -10,8 +11,7 @@ export type Subject = { kind: "shape"; id: string } | { kind: "query"; id: strin
 /** What narrows a search, as it stands in the address. */
 export interface Narrowing {
   model: string | null;
-  label: string | null;
-  transformation: string | null;
+  tests: readonly Test[];
 }
 
 /** How many matches are fetched at once; fewer are shown as the slider says. */
@@ -27,12 +27,9 @@ export function fileOf(query: string): File | null {
   return files.get(query) ?? null;
 }
 
-export function optionsOf(narrowing: Narrowing): QueryOptions {
-  const must = (["label", "transformation"] as const)
-    .filter((field) => narrowing[field])
-    .map((field) => ({ field, equals: narrowing[field] }));
-  const filter: Filter | null = must.length ? { must } : null;
-  return { limit: MOST_MATCHES, ...(narrowing.model && { model: narrowing.model }), ...(filter && { filter }) };
+export function optionsOf({ model, tests }: Narrowing): QueryOptions {
+  const filter = filterOf(tests);
+  return { limit: MOST_MATCHES, ...(model && { model }), ...(filter && { filter }) };
 }
 
 export function askWithShape(

@@ -1,6 +1,5 @@
 // Ranked matches as cards, and what narrows them.
 
-import { useState } from "preact/hooks";
 import { ask } from "../../api/client";
 import type { Match, Model, Page, QueryResult } from "../../api/types";
 import { change, linkTo, route } from "../../router";
@@ -8,6 +7,7 @@ import { Empty, Field, Similarity, Thumbnail } from "../../ui/basics";
 import { useLoad } from "../../ui/loading";
 import { brief, count, fileName } from "../../ui/words";
 import { MOST_MATCHES, type Narrowing } from "./asking";
+import { FilterRow } from "./filter_row";
 import { DropZone } from "./start";
 
 const FEW = 12;
@@ -30,7 +30,12 @@ export function Results(props: Props) {
       <div class="panel tools">
         <DropZone send={props.send} isBusy={false} small />
         <HowMany wanted={wanted} most={Math.max(FEW, result.matches.length)} />
-        <Narrow {...props} />
+        <ModelChoice {...props} />
+        <FilterRow
+          tests={props.narrowing.tests}
+          shapes={result.matches.map((match) => match.shape)}
+          set={(tests) => props.narrow({ tests })}
+        />
       </div>
       <p class="quiet" role="status">
         {count(shown.length, "match", "matches")} of {count(result.searched, "shape")} searched in{" "}
@@ -39,7 +44,7 @@ export function Results(props: Props) {
       {shown.length === 0 ? (
         <Empty title="Nothing passes the filters">
           <p>
-            <button type="button" onClick={() => props.narrow({ label: null, transformation: null })}>
+            <button type="button" onClick={() => props.narrow({ tests: [] })}>
               Search without filters
             </button>
           </p>
@@ -98,67 +103,21 @@ function HowMany(props: { wanted: number; most: number }) {
   );
 }
 
-function Narrow(props: Props) {
-  const { narrowing, narrow, result } = props;
+function ModelChoice({ narrowing, narrow }: Props) {
   const models = useLoad((signal) => ask<Page<Model>>("v1/models?limit=1000", { signal }), []);
   const ready = (models.value?.items ?? []).filter((model) => model.state === "ready");
-  const labels = unique(result.matches.map((match) => match.shape.label));
-  const transformations = unique(result.matches.map((match) => match.shape.transformation));
   return (
-    <>
-      <TextFilter name="Label" value={narrowing.label} known={labels} set={(label) => narrow({ label })} />
-      {(transformations.length > 0 || narrowing.transformation) && (
-        <TextFilter
-          name="Transformation"
-          value={narrowing.transformation}
-          known={transformations}
-          set={(transformation) => narrow({ transformation })}
-        />
-      )}
-      <Field label="Model">
-        {(id) => (
-          <select id={id} value={narrowing.model ?? ""} onChange={(event) => narrow({ model: event.currentTarget.value || null })}>
-            <option value="">the collection's own</option>
-            {ready.map((model) => (
-              <option key={model.name} value={model.name}>
-                {model.name}
-              </option>
-            ))}
-          </select>
-        )}
-      </Field>
-    </>
-  );
-}
-
-function TextFilter(props: { name: string; value: string | null; known: string[]; set: (value: string | null) => void }) {
-  const [text, setText] = useState(props.value ?? "");
-  const commit = (value: string) => (value.trim() || null) !== props.value && props.set(value.trim() || null);
-  return (
-    <Field label={props.name}>
+    <Field label="Model">
       {(id) => (
-        <>
-          <input
-            id={id}
-            type="search"
-            value={text}
-            placeholder="any"
-            list={`${id}-known`}
-            size={12}
-            onInput={(event) => setText(event.currentTarget.value)}
-            onChange={(event) => commit(event.currentTarget.value)}
-          />
-          <datalist id={`${id}-known`}>
-            {props.known.map((one) => (
-              <option key={one} value={one} />
-            ))}
-          </datalist>
-        </>
+        <select id={id} value={narrowing.model ?? ""} onChange={(event) => narrow({ model: event.currentTarget.value || null })}>
+          <option value="">the collection's own</option>
+          {ready.map((model) => (
+            <option key={model.name} value={model.name}>
+              {model.name}
+            </option>
+          ))}
+        </select>
       )}
     </Field>
   );
-}
-
-function unique(values: (string | null)[]): string[] {
-  return [...new Set(values.filter((value): value is string => value !== null))].sort();
 }

@@ -5,10 +5,11 @@ import { ask } from "../../api/client";
 import type { Collection, Page, QueryResult } from "../../api/types";
 import { change, go, linkTo, route } from "../../router";
 import { Bar, Empty, Field, Heading, JobBar, Trouble } from "../../ui/basics";
-import { asProblem, useLoad, type Loaded } from "../../ui/loading";
+import { asProblem, useLoad } from "../../ui/loading";
 import { count } from "../../ui/words";
 import { answerOf, askWithMesh, askWithShape, meshOf, type Narrowing, type Stage, type Subject } from "./asking";
 import { Comparison } from "./comparison";
+import { testsOf, textOf } from "./filters";
 import { Results } from "./results";
 import { Start } from "./start";
 import "./search.css";
@@ -51,31 +52,41 @@ function readSubject(query: URLSearchParams): Subject | null {
   return shape ? { kind: "shape", id: shape } : mesh ? { kind: "query", id: mesh } : null;
 }
 
+/** An answer and what it answers; both stay in view until the next is there. */
+interface Found {
+  subject: Subject;
+  result: QueryResult;
+}
+
+function addressOf({ model, tests }: Narrowing) {
+  return { model, where: textOf(tests) };
+}
+
 function Search(props: { collections: Collection[] }) {
   const { path, query } = route.value;
   const name = chosenCollection(props.collections, path[1]);
   const subject = readSubject(query);
   const narrowing: Narrowing = {
     model: query.get("model"),
-    label: query.get("label"),
-    transformation: query.get("transformation"),
+    tests: testsOf(query.get("where")),
   };
   const [stage, setStage] = useState<Stage | null>(null);
-  const result = useLoad<QueryResult | null>(
+  const found = useLoad<Found | null>(
     async (signal) => {
       setStage(null);
       if (subject === null) return null;
-      if (subject.kind === "shape") return askWithShape(name, subject.id, narrowing, signal);
-      return answerOf(subject.id, setStage, signal);
+      if (subject.kind === "shape") return { subject, result: await askWithShape(name, subject.id, narrowing, signal) };
+      return { subject, result: await answerOf(subject.id, setStage, signal) };
     },
-    [name, subject?.kind, subject?.id, narrowing.model, narrowing.label, narrowing.transformation],
+    [name, subject?.kind, subject?.id, narrowing.model, query.get("where")],
   );
   const asking = useAsking(name, narrowing, setStage);
-  const waits = stage !== null && (asking.isBusy || (result.isLoading && result.value === null));
+  const isBusy = asking.isBusy || found.isLoading;
+  const waits = stage !== null && isBusy;
 
   /** Other filters: a stored shape is asked with again, a mesh has to be sent again. */
   const narrow = async (changed: Partial<Narrowing>) => {
-    if (subject?.kind !== "query") return change({ ...changed, match: null });
+    if (subject?.kind !== "query") return change({ ...addressOf({ ...narrowing, ...changed }), match: null });
     await asking.again(subject.id, name, { ...narrowing, ...changed });
   };
   const move = async (collection: string) => {
@@ -91,11 +102,11 @@ function Search(props: { collections: Collection[] }) {
       >
         <CollectionChoice collections={props.collections} name={name} move={move} />
       </Heading>
-      {subject === null && <Start collection={name} count={collection?.ready_count ?? 0} send={asking.send} isBusy={waits} />}
+      {subject === null && <Start collection={name} count={collection?.ready_count ?? 0} send={asking.send} isBusy={asking.isBusy} />}
       {waits && <Waiting stage={stage} />}
-      <Trouble problem={asking.problem ?? result.problem} again={asking.problem ? undefined : result.again} />
-      {subject !== null && result.value !== null && !waits && (
-        <Answer subject={subject} result={result as Loaded<QueryResult>} narrowing={narrowing} narrow={narrow} send={asking.send} />
+      <Trouble problem={asking.problem ?? found.problem} again={asking.problem ? undefined : found.again} />
+      {subject !== null && found.value !== null && (
+        <Answer {...found.value} isOlder={isBusy} narrowing={narrowing} narrow={narrow} send={asking.send} />
       )}
     </>
   );
@@ -149,7 +160,7 @@ function useAsking(collection: string, narrowing: Narrowing, tell: (stage: Stage
     try {
       const id = await askWithMesh(where, await file(abort.signal), how, tell, abort.signal);
       tell({ at: "waiting", job: null });
-      go(linkTo(["search", where], { query: id, ...how }), { replace });
+      go(linkTo(["search", where], { query: id, ...addressOf(how) }), { replace });
     } catch (error) {
       if (!abort.signal.aborted) setProblem(asProblem(error));
     } finally {
@@ -159,26 +170,24 @@ function useAsking(collection: string, narrowing: Narrowing, tell: (stage: Stage
   return {
     isBusy,
     problem,
-    send: (file: File) => run(collection, { ...narrowing, label: null, transformation: null }, false, async () => file),
+    send: (file: File) => run(collection, { ...narrowing, tests: [] }, false, async () => file),
     again: (query: string, where: string, how: Narrowing) => run(where, how, true, (signal) => meshOf(query, signal)),
   };
 }
 
-interface AnswerProps {
-  subject: Subject;
-  result: Loaded<QueryResult>;
+interface AnswerProps extends Found {
+  isOlder: boolean;
   narrowing: Narrowing;
   narrow: (changed: Partial<Narrowing>) => void;
   send: (file: File) => void;
 }
 
 function Answer(props: AnswerProps) {
-  const { subject, narrowing } = props;
-  const result = props.result.value!;
+  const { subject, result, narrowing } = props;
   const chosen = route.value.query.get("match");
   const match = result.matches.find((one) => one.shape.id === chosen) ?? result.matches[0] ?? null;
   return (
-    <div class={props.result.isLoading ? "answer older" : "answer"}>
+    <div class={props.isOlder ? "answer older" : "answer"} aria-busy={props.isOlder}>
       <Results
         result={result}
         chosen={match?.shape.id ?? null}

@@ -1,0 +1,65 @@
+// What narrows a search: tests of a shape's fields, as they stand in the address and as the service takes them.
+
+import type { Condition, Filter, Json } from "../../api/types";
+
+export const HOWS = ["is", "is not", "at least", "at most"] as const;
+export type How = (typeof HOWS)[number];
+
+/** One test, as it is read: "label", "is not", "cat". */
+export interface Test {
+  field: string;
+  how: How;
+  value: string;
+}
+
+const FIELDS = /^(label|name|transformation|strength|metadata(\.[^.]{1,100}){1,8})$/;
+
+export function isField(field: string): boolean {
+  return FIELDS.test(field);
+}
+
+/** The tests of an address; what is none is left out. */
+export function testsOf(text: string | null): Test[] {
+  let told: unknown;
+  try {
+    told = JSON.parse(text ?? "[]");
+  } catch {
+    return [];
+  }
+  return (Array.isArray(told) ? told : []).flatMap((one) => {
+    if (!Array.isArray(one) || !one.every((part) => typeof part === "string")) return [];
+    const [field = "", how = "", value = ""] = one as string[];
+    return isField(field) && HOWS.includes(how as How) && value ? [{ field, how: how as How, value }] : [];
+  });
+}
+
+/** The tests as they stand in an address; nothing without any. */
+export function textOf(tests: readonly Test[]): string | null {
+  return tests.length ? JSON.stringify(tests.map(({ field, how, value }) => [field, how, value])) : null;
+}
+
+/** The service's filter; several allowed values of one field are alternatives. */
+export function filterOf(tests: readonly Test[]): Filter | null {
+  if (tests.length === 0) return null;
+  const allowed = new Map<string, Json[]>();
+  const [must, refused]: [Condition[], Condition[]] = [[], []];
+  for (const { field, how, value } of tests) {
+    if (how === "is") allowed.set(field, [...(allowed.get(field) ?? []), ...meant(field, value)]);
+    else if (how === "is not") refused.push({ field, in: meant(field, value) });
+    else must.push({ field, range: { [how === "at least" ? "gte" : "lte"]: numberOf(value) ?? value } });
+  }
+  must.unshift(...[...allowed].map(([field, values]) => ({ field, in: values })));
+  return { ...(must.length && { must }), ...(refused.length && { must_not: refused }) };
+}
+
+/** What a person can have meant: in metadata, 3 is a number or a text; a strength is a number. */
+function meant(field: string, value: string): Json[] {
+  const number = numberOf(value);
+  if (field === "strength") return [number ?? value];
+  return field.startsWith("metadata.") && number !== null ? [value, number] : [value];
+}
+
+function numberOf(value: string): number | null {
+  const number = Number(value);
+  return value.trim() && Number.isFinite(number) ? number : null;
+}
