@@ -55,6 +55,19 @@ def test_each_file_is_told_about_and_a_bad_one_says_why(running: Running, seen: 
     expect(failed.first).to_contain_text("99")
 
 
+def test_an_upload_that_was_cut_off_is_tried_again(running: Running, seen: Seen) -> None:
+    page = seen.page
+    a_collection(page, running, "interrupted")
+    page.route(re.compile("/shapes$"), lambda route: route.abort("connectionreset"))
+    add(page, fish(running, 1))
+    uploads = page.get_by_role("region", name="Uploads")
+    expect(uploads.locator(".reason")).to_contain_text("try again")
+    page.unroute_all()
+    uploads.get_by_role("button", name="Try fish-1.ply again").click()
+    expect(page.get_by_label("Select fish-1.ply")).to_be_visible()
+    seen.errors[:] = [error for error in seen.errors if "ERR_CONNECTION_RESET" not in error]
+
+
 def test_a_deleted_shape_comes_back_by_undo(running: Running, seen: Seen) -> None:
     page = seen.page
     a_collection(page, running, "undone")
