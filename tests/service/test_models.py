@@ -48,6 +48,17 @@ def test_the_built_in_models_are_there_from_the_first_start(api: Api) -> None:
             assert {key: channel[key] for key in defined} == defined
 
 
+def test_the_shipped_model_tells_how_it_was_trained(api: Api) -> None:
+    report = api.get("/v1/models/proteus")["training"]
+    assert report["collection"] is None
+    assert len(report["transformations"]) == 11
+    assert report["rows"]["held_out"]["mean"] > 50.0
+    assert {part["channel"] for part in report["ablation"]} == {
+        channel.name for channel in shipped_model().channels
+    }
+    assert api.get("/v1/models/heat")["training"] is None
+
+
 def test_curves_are_those_of_the_kernels(api: Api) -> None:
     heat = api.get("/v1/models/heat")
     (curve,) = heat["kernels"]

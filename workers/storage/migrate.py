@@ -16,7 +16,7 @@ from workers.logs import configure_logs
 from workers.retrieval.builtin import built_in_models
 from workers.settings import Settings, load_settings
 from workers.storage.database import Database
-from workers.storage.shipped_models import shipped_model
+from workers.storage.shipped_models import shipped_model, shipped_training
 from workers.storage.trained_models import ensure_models
 
 ADVISORY_LOCK = 0x50524F54  # one migration at a time on PostgreSQL
@@ -47,7 +47,8 @@ def migrate(settings: Settings) -> None:
             migrate_schema(session)
             vertices = settings.working_vertices
             models = built_in_models(working_vertices=vertices)
-            ensure_models(session, (*models, shipped_model(working_vertices=vertices)))
+            shipped = shipped_model(working_vertices=vertices)
+            ensure_models(session, (*models, shipped), {shipped.name: shipped_training()})
     finally:
         database.dispose()
 

@@ -1,8 +1,9 @@
 """Rows of models: the built-in ones, and those that were trained."""
 
 import time
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from typing import Any
 
 from sqlalchemy import delete, select
 from sqlalchemy.exc import IntegrityError
@@ -34,8 +35,18 @@ class ModelView:
     state: str
 
 
-def ensure_models(session: Session, models: Iterable[Model]) -> None:
-    """Write the built-in models that are missing; one that is there stays as it is."""
+def ensure_models(
+    session: Session, models: Iterable[Model], reports: Mapping[str, Mapping[str, Any]] = {}
+) -> None:
+    """Write the built-in models that are missing; one that is there stays as it is.
+
+    Parameters
+    ----------
+    session : Session
+    models : iterable of Model
+    reports : Mapping
+        What the training of those that were trained found, by their names.
+    """
     ensure_counter(session)
     known = set(session.scalars(select(TrainedModel.name)))
     for model in models:
@@ -46,7 +57,7 @@ def ensure_models(session: Session, models: Iterable[Model]) -> None:
                     method=model.method,
                     state=READY,
                     built_in=True,
-                    definition=model.to_json(),
+                    definition={**model.to_json(), "training": reports.get(model.name)},
                     created_at=time.time(),
                 )
             )

@@ -4,7 +4,7 @@ import type { Model } from "../../api/types";
 import { BankFigures } from "./bank";
 import { bankReport, kernelReport } from "./reports";
 import { KernelFigures } from "./single";
-import { BUILT_IN, METHODS } from "./words";
+import { METHODS } from "./words";
 
 export function Report(props: { model: Model }) {
   const { model } = props;
@@ -15,14 +15,7 @@ export function Report(props: { model: Model }) {
       <h2 id="report">What its training found</h2>
       {bank !== null && <BankFigures report={bank} name={model.name} />}
       {kernel !== null && <KernelFigures report={kernel} name={model.name} />}
-      {bank === null && kernel === null && <p class="quiet">{withoutReport(model.name)}</p>}
+      {bank === null && kernel === null && <p class="quiet">Nothing was kept of its training.</p>}
     </section>
   );
-}
-
-function withoutReport(name: string): string {
-  return BUILT_IN.has(name)
-    ? "This model came with the program. The report of its training lies beside it in the source, and what it finds " +
-        "is told in docs/method.md. Evaluate it to see what it finds on shapes of yours."
-    : "Nothing was kept of its training.";
 }
