@@ -1,21 +1,23 @@
 // The list of evaluations, the newest first.
 
+import { useCallback } from "preact/hooks";
 import type { Evaluation } from "../../api/types";
 import { linkTo } from "../../router";
 import { Badge, Empty, Heading, Trouble } from "../../ui/basics";
+import { useLive } from "../../ui/live";
 import { useEvery } from "../../ui/loading";
-import { usePaged } from "../../ui/pages";
 import { ago } from "../../ui/words";
 import { bestModel } from "./best";
 import { figure } from "./words";
 
-const AGAIN_MILLISECONDS = 3000;
+const PAGE = 50;
+const SOON_MILLISECONDS = 3000;
 
 export function EvaluationList() {
-  const evaluations = usePaged<Evaluation>("v1/evaluations", {}, 50);
-  const { items } = evaluations;
-  const goesOn = items.some((one) => one.state === "queued" || one.state === "running");
-  useEvery(goesOn || evaluations.problem?.isAway ? AGAIN_MILLISECONDS : null, evaluations.again);
+  const list = useLive<Evaluation>("v1/evaluations", {}, PAGE, "first");
+  const items = list.items.value;
+  const refresh = useCallback(() => void list.refresh(goesOn), [list]);
+  useEvery(items.some(goesOn) ? SOON_MILLISECONDS : null, refresh);
   return (
     <>
       <Heading
@@ -26,17 +28,21 @@ export function EvaluationList() {
           Evaluate models
         </a>
       </Heading>
-      <Trouble problem={evaluations.problem} again={evaluations.again} />
-      {items.length === 0 && evaluations.isLoading && <p class="loading">Loading…</p>}
-      {items.length === 0 && !evaluations.isLoading && evaluations.problem === null && <NoneYet />}
+      <Trouble problem={list.problem.value} again={list.again} />
+      {list.isLoading.value && <p class="loading">Loading…</p>}
+      {list.isWhole.value && items.length === 0 && <NoneYet />}
       {items.length > 0 && <Table items={items} />}
-      {!evaluations.isWhole && items.length > 0 && (
-        <button type="button" onClick={evaluations.more} disabled={evaluations.isLoading}>
-          Show more
+      {!list.isWhole.value && items.length > 0 && (
+        <button type="button" onClick={() => void list.more()}>
+          Show older ones
         </button>
       )}
     </>
   );
+}
+
+function goesOn(evaluation: Evaluation): boolean {
+  return evaluation.state === "queued" || evaluation.state === "running";
 }
 
 function NoneYet() {
