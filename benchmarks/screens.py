@@ -52,6 +52,7 @@ def take(browser: Browser, url: str, width: int, scheme: str, into: Path) -> Non
     )
     page: Page = context.new_page()
     page.goto(url)
+    page.evaluate("() => document.querySelectorAll('img').forEach(one => (one.loading = 'eager'))")
     page.wait_for_timeout(SETTLED_MILLISECONDS)
     image = Image.open(io.BytesIO(page.screenshot(full_page=True)))
     image.crop((0, 0, image.width, min(TALLEST, image.height))).save(into, quality=QUALITY)

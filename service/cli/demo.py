@@ -144,8 +144,8 @@ def _tell_next(output: Output, url: str, settings: Settings, *, example: Path) -
     with contextlib.suppress(ValueError):
         example = example.relative_to(Path.cwd())
     output.say(
-        f"\n  [bold]API[/]   {escape(url)}\n"
-        f"  [bold]Docs[/]  {escape(url)}/docs\n"
+        f"\n  [bold]Page[/]  {escape(url)}: drop a mesh of {escape(str(example.parent))} on it\n"
+        f"  [bold]API[/]   {escape(url)}/docs\n"
         f"  [bold]Data[/]  {escape(str(settings.data_path))}\n"
         f"  [bold]Try[/]   proteus query {escape(str(example))} -c {COLLECTION}{elsewhere}\n"
     )

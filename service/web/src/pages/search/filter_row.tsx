@@ -17,7 +17,7 @@ interface Props {
 export function FilterRow(props: Props) {
   const { tests, set } = props;
   return (
-    <div class="filters" role="group" aria-label="Filters">
+    <div class="narrowing" role="group" aria-label="Filters">
       {tests.map((test, place) => (
         <button
           key={`${place} ${test.value}`}
