@@ -19,7 +19,6 @@ RUN useradd --system --uid 10001 --create-home proteus \
 COPY --from=build /opt/proteus /opt/proteus
 ENV PATH=/opt/proteus/bin:$PATH \
     PYTHONUNBUFFERED=1 \
-    OPENBLAS_NUM_THREADS=1 OMP_NUM_THREADS=1 MKL_NUM_THREADS=1 \
     PROTEUS_DATA_DIR=/var/lib/proteus \
     PROTEUS_HOST=0.0.0.0
 USER proteus

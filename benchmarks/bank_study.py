@@ -9,13 +9,9 @@ cent interval of a paired bootstrap over shapes. Descriptors of the benchmark ar
 
 import argparse
 import json
-import os
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from pathlib import Path
-
-os.environ.setdefault("OMP_NUM_THREADS", "1")
-os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 import numpy as np
 from rich.progress import track

@@ -5,23 +5,19 @@ holds real meshes: the reference poses and the objects below it are taken.
 """
 
 import argparse
-import os
 from collections.abc import Iterator
 from pathlib import Path
 
-for _variable in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
-    os.environ[_variable] = "1"  # before numpy
+import lapy
+import numpy as np
+import robust_laplacian
+from rich.console import Console
+from rich.progress import track
+from rich.table import Table
+from scipy.sparse.linalg import eigsh
+from scipy.stats import wasserstein_distance
 
-import lapy  # noqa: E402
-import numpy as np  # noqa: E402
-import robust_laplacian  # noqa: E402
-from rich.console import Console  # noqa: E402
-from rich.progress import track  # noqa: E402
-from rich.table import Table  # noqa: E402
-from scipy.sparse.linalg import eigsh  # noqa: E402
-from scipy.stats import wasserstein_distance  # noqa: E402
-
-from tests.meshes import (  # noqa: E402
+from tests.meshes import (
     flat_torus_corners,
     icosphere,
     rectangle,
@@ -29,16 +25,16 @@ from tests.meshes import (  # noqa: E402
     rotated,
     scaled,
 )
-from workers.geometry.arrays import FloatArray  # noqa: E402
-from workers.geometry.cleaning import clean  # noqa: E402
-from workers.geometry.formats import parse  # noqa: E402
-from workers.geometry.laplacian import cotangent_laplacian  # noqa: E402
-from workers.geometry.mesh import TriangleMesh  # noqa: E402
-from workers.geometry.solution import solve  # noqa: E402
-from workers.geometry.spectrum import compute_spectrum, laplacian_spectrum  # noqa: E402
-from workers.retrieval.builtin import built_in_models  # noqa: E402
-from workers.retrieval.dissimilarity import DISSIMILARITIES  # noqa: E402
-from workers.retrieval.model import Model, describe  # noqa: E402
+from workers.geometry.arrays import FloatArray
+from workers.geometry.cleaning import clean
+from workers.geometry.formats import parse
+from workers.geometry.laplacian import cotangent_laplacian
+from workers.geometry.mesh import TriangleMesh
+from workers.geometry.solution import solve
+from workers.geometry.spectrum import compute_spectrum, laplacian_spectrum
+from workers.retrieval.builtin import built_in_models
+from workers.retrieval.dissimilarity import DISSIMILARITIES
+from workers.retrieval.model import Model, describe
 
 LARGEST_MESH = 20_000  # vertices; the peers take minutes on more
 

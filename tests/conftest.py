@@ -1,19 +1,15 @@
 """Fixtures for the whole suite: databases of both kinds, blobs, settings."""
 
-import os
 from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 
-for _variable in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
-    os.environ.setdefault(_variable, "1")  # before numpy, as in a worker: ten times as quick
-
-from tests.servers import postgres_database, postgres_server  # noqa: E402
-from workers.settings import Settings  # noqa: E402
-from workers.storage.blobs import BlobStore  # noqa: E402
-from workers.storage.database import Database  # noqa: E402
-from workers.storage.migrate import migrate  # noqa: E402
+from tests.servers import postgres_database, postgres_server
+from workers.settings import Settings
+from workers.storage.blobs import BlobStore
+from workers.storage.database import Database
+from workers.storage.migrate import migrate
 
 
 @pytest.fixture(scope="session")

@@ -1,10 +1,8 @@
 """Building a benchmark: its files on several processors, and its manifest."""
 
-import contextlib
 import hashlib
 import json
 import multiprocessing
-import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import dataclass
@@ -35,7 +33,6 @@ from workers.geometry.creatures import CREATURES_VERSION
 from workers.geometry.transformations import TRANSFORMATION_VERSION
 
 MANIFEST = "benchmark.json"
-THREAD_VARIABLES = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
 IDENTITY = ("parameters", "versions", "shapes")
 """What of the manifest says that two benchmarks are the same."""
 Manifest = dict[str, Any]
@@ -174,32 +171,16 @@ def _in_processes(
     if all(exists(out, name) for item in work for name in item.names):
         yield from map(make, work)
         return
-    with _one_thread_each():
-        pool = ProcessPoolExecutor(
-            max_workers=max(1, min(processes, len(work))),
-            mp_context=multiprocessing.get_context("spawn"),
-            initializer=leave_interrupts_to_the_parent,
-        )
-        try:
-            parts = [pool.submit(make, item) for item in work]
-            yield from (part.result() for part in as_completed(parts))
-        finally:
-            pool.shutdown(cancel_futures=True)
-
-
-@contextlib.contextmanager
-def _one_thread_each() -> Iterator[None]:
-    """Let the processes that are started meanwhile use one BLAS thread each."""
-    before = {name: os.environ.get(name) for name in THREAD_VARIABLES}
-    os.environ.update(dict.fromkeys(THREAD_VARIABLES, "1"))
+    pool = ProcessPoolExecutor(
+        max_workers=max(1, min(processes, len(work))),
+        mp_context=multiprocessing.get_context("spawn"),
+        initializer=leave_interrupts_to_the_parent,
+    )
     try:
-        yield
+        parts = [pool.submit(make, item) for item in work]
+        yield from (part.result() for part in as_completed(parts))
     finally:
-        for name, value in before.items():
-            if value is None:
-                os.environ.pop(name, None)
-            else:
-                os.environ[name] = value
+        pool.shutdown(cancel_futures=True)
 
 
 def _result(

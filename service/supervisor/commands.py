@@ -22,10 +22,9 @@ def settings_environment(settings: Settings) -> dict[str, str]:
 
 
 def child_environment(settings: Settings, environment: Mapping[str, str]) -> dict[str, str]:
-    """Return the environment of a child: its settings, and one BLAS thread a process."""
+    """Return the environment of a child: ours, with its settings."""
     kept = {name: value for name, value in environment.items() if not name.startswith(PREFIX)}
-    threads = {f"{library}_NUM_THREADS": "1" for library in ("OPENBLAS", "OMP", "MKL")}
-    return {**kept, **settings_environment(settings), **threads, "PYTHONUNBUFFERED": "1"}
+    return {**kept, **settings_environment(settings), "PYTHONUNBUFFERED": "1"}
 
 
 def worker_environment(settings: Settings, environment: Mapping[str, str]) -> dict[str, str]:

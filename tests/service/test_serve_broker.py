@@ -195,12 +195,11 @@ def _as_overrides(variables: dict[str, str]) -> dict[str, object]:
     return {name.removeprefix("PROTEUS_").lower(): value for name, value in variables.items()}
 
 
-def test_children_get_one_blas_thread_and_no_client_variables(settings: Settings) -> None:
+def test_children_get_no_client_variables(settings: Settings) -> None:
     environment = child_environment(settings, {"PROTEUS_URL": "x", "PROTEUS_KEY": "y", "A": "b"})
     assert "PROTEUS_URL" not in environment
     assert "PROTEUS_KEY" not in environment
     assert environment["A"] == "b"
-    assert {environment[f"{name}_NUM_THREADS"] for name in ("OPENBLAS", "OMP", "MKL")} == {"1"}
     assert worker_environment(settings, {})["REMAP_SIGTERM"] == "SIGQUIT"
 
 

@@ -2,15 +2,13 @@
 
 import os
 
-for _variable in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
-    os.environ.setdefault(_variable, "1")  # before numpy: two threads a process cost 8 to 16 times
 os.environ.setdefault("REMAP_SIGTERM", "SIGQUIT")  # a running task goes back to the queue at once
 
-from celery.signals import setup_logging  # noqa: E402
+from celery.signals import setup_logging
 
-from workers.logs import configure_logs  # noqa: E402
-from workers.settings import load_settings  # noqa: E402
-from workers.tasks.configuration import make_celery  # noqa: E402
+from workers.logs import configure_logs
+from workers.settings import load_settings
+from workers.tasks.configuration import make_celery
 
 
 @setup_logging.connect
