@@ -13,7 +13,7 @@ def make_uneven_creature(species: str, *, seed: int, vertices: int = 4000) -> Cr
 
     A finer one is simplified by quadric error. Edges then vary by 0.5 to 0.9 of their mean, as
     they do in meshes drawn by hand (0.4 to 0.8), and not by the 0.2 of an even creature, and the
-    middle triangle is five times as long as it is wide. Poses keep sharing faces.
+    middle triangle is 2.4 times as long as one of equal sides. Poses keep sharing faces.
 
     Parameters
     ----------
