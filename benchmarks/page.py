@@ -6,14 +6,14 @@ adds; when something is first painted; when the first picture is there. Needs Ch
 """
 
 import argparse
-import shutil
 from statistics import median
 
-from playwright.sync_api import Browser, sync_playwright
+from playwright.sync_api import Browser
 from rich.console import Console
 from rich.table import Table
 
-FLAGS = ("--headless", "--no-sandbox", "--disable-gpu", "--enable-unsafe-swiftshader")
+from benchmarks.chromium import chromium
+
 PAINT = "() => performance.getEntriesByName('first-contentful-paint')[0].startTime"
 PICTURE = """() => Math.max(...performance.getEntriesByType('resource')
     .filter(one => one.name.endsWith('thumbnail.png')).slice(0, 1).map(one => one.responseEnd))"""
@@ -43,11 +43,8 @@ def main() -> None:
     parser.add_argument("--url", default="http://127.0.0.1:8000")
     parser.add_argument("--visits", type=int, default=9)
     asked = parser.parse_args()
-    with sync_playwright() as library:
-        program = shutil.which("chromium")
-        browser = library.chromium.launch(executable_path=program, args=list(FLAGS))
+    with chromium() as browser:
         visits = [visit(browser, asked.url) for _ in range(asked.visits)]
-        browser.close()
     table = Table(f"median of {asked.visits} first visits", "")
     names = ("first paint, ms", "first picture, ms", "first load, kB", "a viewer adds, kB")
     for name, values in zip(names, zip(*visits, strict=True), strict=True):

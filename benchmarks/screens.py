@@ -6,20 +6,19 @@ narrow, into ``docs/figures/page``. Needs Chromium.
 
 import argparse
 import io
-import shutil
 from collections.abc import Iterator
 from itertools import product
 from pathlib import Path
 
 from PIL import Image
-from playwright.sync_api import Browser, Page, sync_playwright
+from playwright.sync_api import Browser, Page
 
+from benchmarks.chromium import chromium
 from service.client import Client
 
 FOLDER = Path(__file__).parent.parent / "docs" / "figures" / "page"
 WIDTHS = {1440: 1000, 390: 844}
 SCHEMES = ("light", "dark")
-FLAGS = ("--headless", "--no-sandbox", "--disable-gpu", "--enable-unsafe-swiftshader")
 SETTLED_MILLISECONDS = 4000
 TALLEST = 2400  # pixels of a picture; what is below is left out
 QUALITY = 60
@@ -70,19 +69,10 @@ def main() -> None:
     asked.out.mkdir(parents=True, exist_ok=True)
     with Client(asked.url) as client:
         found = [p for p in places(client, asked.collection) if p[0] in (asked.only or [p[0]])]
-    with sync_playwright() as library:
-        browser = library.chromium.launch(
-            executable_path=shutil.which("chromium"), args=list(FLAGS)
-        )
+    with chromium() as browser:
         for (name, place), width, scheme in product(found, WIDTHS, SCHEMES):
-            take(
-                browser,
-                f"{asked.url}/{place}",
-                width,
-                scheme,
-                asked.out / f"{name}-{width}-{scheme}.webp",
-            )
-        browser.close()
+            into = asked.out / f"{name}-{width}-{scheme}.webp"
+            take(browser, f"{asked.url}/{place}", width, scheme, into)
 
 
 if __name__ == "__main__":
