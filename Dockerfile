@@ -5,13 +5,13 @@ COPY requirements/runtime.txt requirements/
 RUN python -m venv /opt/proteus \
  && /opt/proteus/bin/pip install --no-cache-dir --require-hashes -r requirements/runtime.txt
 COPY requirements/page.txt requirements/
-RUN /opt/proteus/bin/python -m venv /opt/node \
- && /opt/node/bin/pip install --no-cache-dir --require-hashes -r requirements/page.txt
+RUN /opt/proteus/bin/python -m venv /opt/page \
+ && /opt/page/bin/pip install --no-cache-dir --require-hashes -r requirements/runtime.txt -r requirements/page.txt
 COPY pyproject.toml README.md LICENSE ./
 COPY service service
-RUN /opt/node/bin/python -m service.web
 COPY workers workers
-RUN /opt/proteus/bin/pip install --no-cache-dir --no-deps --no-build-isolation .
+RUN /opt/page/bin/python -m service.web \
+ && /opt/proteus/bin/pip install --no-cache-dir --no-deps --no-build-isolation .
 
 FROM python:3.11-slim
 RUN useradd --system --uid 10001 --create-home proteus \

@@ -42,6 +42,7 @@ OTHERS = {
     ".webp": "image/webp",
     ".ico": "image/x-icon",
     ".glb": "model/gltf-binary",
+    ".zip": "application/zip",
 }
 ALLOWED = (
     "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' blob: data:; "

@@ -10,6 +10,8 @@ import subprocess
 import sys
 from pathlib import Path
 
+from service.web import creatures
+
 FOLDER = Path(__file__).parent
 SOURCES = ("index.html", "package.json", "package-lock.json", "vite.config.ts", "src", "public")
 BUILT = FOLDER / "dist"
@@ -33,7 +35,11 @@ def digest_of(*names: str) -> str:
 
 def is_built() -> bool:
     """Whether what lies there was built from the sources as they are."""
-    return DIGEST.is_file() and DIGEST.read_text() == digest_of(*SOURCES)
+    return DIGEST.is_file() and DIGEST.read_text() == _contents()
+
+
+def _contents() -> str:
+    return f"{digest_of(*SOURCES)} {creatures.VERSION}"
 
 
 def npm(*arguments: str) -> None:
@@ -77,7 +83,8 @@ def main(arguments: list[str] | None = None) -> int:
         elif not is_built():
             install()
             npm("run", "--silent", "build")
-            DIGEST.write_text(digest_of(*SOURCES))
+            creatures.write_archive(BUILT / creatures.NAME)
+            DIGEST.write_text(_contents())
     except subprocess.CalledProcessError as error:
         sys.stderr.write(f"{' '.join(error.cmd)} ended with {error.returncode}\n")
         return 1

@@ -4,6 +4,7 @@ import { useCallback, useState } from "preact/hooks";
 import { ask, type Problem } from "../../api/client";
 import type { Collection, Page } from "../../api/types";
 import { go, linkTo } from "../../router";
+import { DemoButton } from "../../ui/demo";
 import { Bar, Dialog, Empty, Field, Heading, Trouble } from "../../ui/basics";
 import { asProblem, useEvery, useLoad } from "../../ui/loading";
 import { count } from "../../ui/words";
@@ -31,8 +32,9 @@ export function CollectionList() {
       {shown?.length === 0 && (
         <Empty title="There are no collections yet">
           <p>
-            Make one and add meshes to it, or run <code>make demo</code> for a collection of creatures.
+            Make one and add meshes to it, or look around in one of creatures first.
           </p>
+          <DemoButton />
         </Empty>
       )}
       {shown !== undefined && shown.length > 0 && (

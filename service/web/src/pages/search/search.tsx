@@ -4,6 +4,7 @@ import { useEffect, useRef, useState } from "preact/hooks";
 import { ask } from "../../api/client";
 import type { Collection, Page, QueryResult } from "../../api/types";
 import { change, go, linkTo, route } from "../../router";
+import { DemoButton } from "../../ui/demo";
 import { Bar, Empty, Field, Heading, JobBar, Trouble } from "../../ui/basics";
 import { asProblem, useLoad } from "../../ui/loading";
 import { count } from "../../ui/words";
@@ -32,11 +33,12 @@ function NothingToSearch() {
   return (
     <Empty title="There is nothing to search yet">
       <p>
-        Make a collection and drop your meshes on it, or run <code>make demo</code> for a collection of creatures.
+        Make a collection and drop your meshes on it, or look around in one of creatures first.
       </p>
       <a class="button main" href={linkTo(["collections"])}>
         Make a collection
       </a>
+      <DemoButton />
     </Empty>
   );
 }
