@@ -94,7 +94,7 @@ def test_the_page_goes_on_when_the_service_is_back(tmp_path: Path, seen: Seen) -
     settings = load_settings(data_dir=tmp_path / "data", port=0, worker_processes=1)
     with service_for(settings) as (url, _):
         page.goto(f"{url}/#/collections")
-        expect(page.get_by_role("heading", name="Collections")).to_be_visible()
+        expect(page.get_by_role("heading", name="Collections", exact=True)).to_be_visible()
     expect(page.locator(".away")).to_be_visible()
     same_place = settings.model_copy(update={"port": urlsplit(url).port})
     with service_for(same_place) as (url, _):
