@@ -5,7 +5,9 @@ made under all candidate channels of several views, and prints, for each set of 
 with even weights, and their mean beside that of the shipped views with the 95 per cent interval of
 a paired bootstrap over shapes. Scales are taken from the benchmark's own copies, for every set
 alike, and the points weigh as much as twenty other channels: so the means compare sets with each
-other, not with a trained bank. Descriptors are kept in the benchmark's folder.
+other, not with a trained bank. With ``--shipped`` it is the shipped model, weights and all, that
+looks at sets of two views in the place of its own: a hint at what training anew may give.
+Descriptors are kept in the benchmark's folder.
 """
 
 import argparse
@@ -23,6 +25,7 @@ from workers.retrieval.bank_shapes import BankShapes, dissimilarities, typical_s
 from workers.retrieval.candidates import QUANTILE_LEVELS, candidate_model
 from workers.retrieval.channels import AREA, LOG_DIAGONAL
 from workers.retrieval.model import Model
+from workers.storage.shipped_models import shipped_model
 
 WEIGHT_OF_POINTS = 20.0
 
@@ -44,7 +47,7 @@ VIEWS: Mapping[str, View] = {
         named_view("open"),
         named_view("smooth-open"),
         replace(named_view("closed", working_vertices=2500), name="closed of 2,500"),
-        replace(CLOSED, name="closed, k = 200", eigenpairs=200),
+        named_view("detailed"),
         _changed(CLOSED, "closed, not doubled", "double"),
         _changed(CLOSED, "closed by quotient", "cap-holes", QUOTIENT),
         _changed(CLOSED, "closed, faired", "simplify", *FAIRED_LITTLE),
@@ -66,7 +69,7 @@ SETS: Mapping[str, tuple[str, ...]] = {
         ("closed", "smooth", "smooth, not faired"),
         ("closed, faired", "smooth"),
         ("closed of 2,500", "smooth"),
-        ("closed, k = 200", "smooth"),
+        ("detailed", "smooth"),
         ("closed, not doubled", "smooth"),
         ("closed by quotient", "smooth"),
         ("open", "smooth-open"),
@@ -117,6 +120,21 @@ def with_slopes(shapes: BankShapes, candidates: Model) -> tuple[BankShapes, Mode
     return more, replace(candidates, channels=(*candidates.channels, *slopes))
 
 
+def shipped_with(views: Sequence[View]) -> Model:
+    """The shipped model with other views in the place of its two, in their order."""
+    model = shipped_model()
+    instead = dict(zip((view.name for view in model.views), views, strict=True))
+    channels = tuple(
+        replace(
+            channel,
+            view=instead[channel.view].name,
+            name=channel.name.replace(channel.view, instead[channel.view].name, 1),
+        )
+        for channel in model.channels
+    )
+    return replace(model, views=tuple(views), channels=channels)
+
+
 def main() -> None:
     """Describe, measure each set of views, and print."""
     parser = argparse.ArgumentParser(description=__doc__)
@@ -124,14 +142,17 @@ def main() -> None:
     parser.add_argument("--solutions", type=Path, help="data directory with spectra")
     parser.add_argument("--processes", type=int, default=2)
     parser.add_argument("--set", action="append", choices=[*SETS, SLOPES], help="again for more")
+    parser.add_argument("--shipped", action="store_true", help="with the shipped weights")
     options = parser.parse_args()
+    known = [name for name in SETS if len(SETS[name]) == 2] if options.shipped else [*SETS, SLOPES]
     found, channels = {}, {}
-    for name in dict.fromkeys([SHIPPED, *(options.set or [*SETS, SLOPES])]):
-        candidates = without_area([VIEWS[view] for view in SETS.get(name, SETS[SHIPPED])])
+    for name in dict.fromkeys([SHIPPED, *(options.set or known)]):
+        views = [VIEWS[view] for view in SETS.get(name, SETS[SHIPPED])]
+        candidates = without_area(views)
         shapes = described(options.benchmark, candidates, options.processes, options.solutions)
         if name == SLOPES:
             shapes, candidates = with_slopes(shapes, candidates)
-        model = even(shapes, candidates)
+        model = shipped_with(views) if options.shipped else even(shapes, candidates)
         found[name] = scores_of(model, of_channels(shapes, candidates, model))
         channels[name] = len(model.channels)
     show_rows(found, channels, shapes)

@@ -76,7 +76,8 @@ def train(
     views: Annotated[
         list[str] | None,
         typer.Option(
-            "--view", help="closed or open; for a bank smooth, smooth-open too; again for more."
+            "--view",
+            help="closed, open; for a bank smooth, smooth-open, detailed too. Again for more.",
         ),
     ] = None,
     splines: Annotated[int | None, typer.Option(help="How many.")] = None,

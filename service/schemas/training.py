@@ -100,11 +100,12 @@ class GridParameters(LearningParameters):
 class BankParameters(Body):
     """Several channels of ln k(x,x), fused by Σ w (D/s)^p."""
 
-    views: list[Literal["closed", "open", "smooth", "smooth-open"]] = Field(
+    views: list[Literal["closed", "open", "smooth", "smooth-open", "detailed"]] = Field(
         list(DEFAULT_VIEWS),  # type: ignore[arg-type]
         min_length=1,
         max_length=len(VIEW_NAMES),
-        description="how shapes are prepared: with compact holes closed or not, smoothed or not; "
+        description="how shapes are prepared: with compact holes closed or not, smoothed or not, "
+        "or (detailed) closed with 200 eigenpairs instead of 100; "
         "every candidate channel is tried under each, and a view that no channel needs is dropped",
     )
     power: float = Field(POWER, gt=0, le=1, description="p; at most 1 keeps the sum a metric")

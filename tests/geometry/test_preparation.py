@@ -19,7 +19,14 @@ from tests.meshes import (
 from workers.errors import InvalidRequestError
 from workers.geometry import preparation
 from workers.geometry.mesh import TriangleMesh
-from workers.geometry.preparation import Step, View, default_view, open_view, prepare
+from workers.geometry.preparation import (
+    Step,
+    View,
+    default_view,
+    named_view,
+    open_view,
+    prepare,
+)
 from workers.geometry.spectrum import first_eigenvalues
 from workers.geometry.topology import boundary_loops
 
@@ -42,6 +49,13 @@ def test_models_of_before_close_loops_by_their_quotient() -> None:
 
 def test_the_open_view_leaves_the_boundary() -> None:
     assert len(boundary_loops(prepare(cylinder(40, 30), open_view()).mesh)) == 2
+
+
+def test_the_detailed_view_is_the_closed_one_with_more_eigenpairs() -> None:
+    detailed, closed = named_view("detailed", working_vertices=1500), default_view()
+    assert detailed.steps == default_view(working_vertices=1500).steps
+    assert detailed.eigenpairs == 2 * closed.eigenpairs
+    assert detailed.key != default_view(working_vertices=1500).key
 
 
 def test_a_sheet_is_doubled_once_it_is_simplified() -> None:

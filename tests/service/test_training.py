@@ -312,8 +312,12 @@ def test_one_shape_is_too_little_for_a_bank(zoo: Api) -> None:
     assert "at least 2 shapes are needed" in problem["detail"]
 
 
-def test_a_bank_is_trained_activated_and_searched_under(zoo: Api) -> None:
-    answer = zoo.post("/v1/models", 202, json=BANK)
+@pytest.mark.parametrize(("view", "eigenpairs"), [("closed", 100), ("detailed", 200)])
+def test_a_bank_is_trained_activated_and_searched_under(
+    zoo: Api, view: str, eigenpairs: int
+) -> None:
+    parameters = {**BANK["parameters"], "views": [view]}
+    answer = zoo.post("/v1/models", 202, json={**BANK, "parameters": parameters})
     total = 5 + 5 * 2
     assert answer["job"]["progress"] == {"done": 0, "total": total, "unit": "variants"}
     assert (answer["model"]["state"], answer["model"]["channels"]) == ("training", [])
@@ -321,6 +325,7 @@ def test_a_bank_is_trained_activated_and_searched_under(zoo: Api) -> None:
     model = zoo.get("/v1/models/mine")
     assert (model["state"], model["fusion"]) == ("ready", {"power": 0.25})
     assert 1 <= len(model["channels"]) <= 8
+    assert [(one["name"], one["eigenpairs"]) for one in model["views"]] == [(view, eigenpairs)]
     assert {curve["name"] for curve in model["kernels"]} == {
         channel["name"] for channel in model["channels"] if channel["kernel"]
     }

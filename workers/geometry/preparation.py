@@ -21,7 +21,8 @@ PREPARATION_VERSION = "3"
 
 LONGEST_LOOP = 50.0  # p² / A: longer ones are the rims of sheets, which are doubled
 SMOOTHED_VERTICES = 2500  # nothing finer is left of a smoothed surface
-VIEW_NAMES = ("closed", "open", "smooth", "smooth-open")
+VIEW_NAMES = ("closed", "open", "smooth", "smooth-open", "detailed")
+DETAILED_EIGENPAIRS = 200
 FEWEST_VERTICES = 1000  # a coarser mesh has too few eigenpairs
 
 
@@ -153,6 +154,8 @@ def open_view(*, working_vertices: int = 5000) -> View:
 def named_view(name: str, *, working_vertices: int = 5000) -> View:
     """View of one of `VIEW_NAMES`: with holes capped and sheets doubled or not, smoothed or not.
 
+    "detailed" is "closed" with twice as many eigenpairs, for what is small on a surface.
+
     Raises
     ------
     InvalidRequestError
@@ -160,6 +163,9 @@ def named_view(name: str, *, working_vertices: int = 5000) -> View:
     """
     if name not in VIEW_NAMES:
         raise InvalidRequestError(f"there is no view {name!r}; there are {', '.join(VIEW_NAMES)}")
+    if name == "detailed":
+        closed = default_view(working_vertices=working_vertices)
+        return View(name, closed.steps, DETAILED_EIGENPAIRS)
     if not name.startswith("smooth"):
         make = open_view if name == "open" else default_view
         return make(working_vertices=working_vertices)

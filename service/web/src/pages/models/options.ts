@@ -21,6 +21,7 @@ const VIEWS = {
   open: "open: holes stay",
   smooth: "smooth: noise is taken off, holes get caps",
   "smooth-open": "smooth and open",
+  detailed: "detailed: closed, with twice as many eigenfunctions",
 };
 const UNITS = {
   "first-eigenvalue": "first eigenvalue 1: size is forgotten",
