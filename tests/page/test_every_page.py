@@ -21,7 +21,10 @@ PAGES = (
     "#/models/proteus",
     "#/models?train=1",
     "#/evaluations",
+    "#/evaluations?new=1",
+    "#/evaluations/{evaluation}",
     "#/jobs",
+    "#/jobs/{job}",
     "#/nowhere",
 )
 SETTLED_MILLISECONDS = 1500
@@ -29,10 +32,27 @@ SETTLED_MILLISECONDS = 1500
 
 def go(page: Page, running: Running, place: str) -> None:
     """Open a place and wait until it stands."""
-    shapes = page.request.get(f"{running.url}/v1/collections/zoo/shapes?limit=1").json()
-    page.goto(f"{running.url}/{place.format(shape=shapes['items'][0]['id'])}")
+    page.goto(f"{running.url}/{place.format(**ids(page, running))}")
     page.wait_for_load_state("networkidle")
     page.wait_for_timeout(SETTLED_MILLISECONDS)
+
+
+def ids(page: Page, running: Running) -> dict[str, str]:
+    """A shape, an evaluation and a job to look at."""
+
+    def first(path: str) -> str:
+        items = page.request.get(f"{running.url}/v1/{path}").json()["items"]
+        return str(items[0]["id"]) if items else ""
+
+    if not first("evaluations?limit=1"):
+        asked = {"collection": "measured", "models": ["proteus"]}
+        made = page.request.post(f"{running.url}/v1/evaluations?wait=60", data=asked)
+        assert made.json()["job"]["state"] == "succeeded"
+    return {
+        "shape": first("collections/zoo/shapes?limit=1"),
+        "evaluation": first("evaluations?limit=1"),
+        "job": first("jobs?limit=1"),
+    }
 
 
 @pytest.mark.parametrize("scheme", ["light", "dark"])
