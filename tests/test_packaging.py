@@ -50,6 +50,8 @@ def test_the_image_copies_what_there_is_and_serves_as_a_user_without_rights() ->
     allowed = (ROOT / ".dockerignore").read_text()
     for source in " ".join(sources).split():
         assert f"!{source.split('/')[0]}" in allowed, source
+    built = DOCKERFILE.index("-m service.web")  # makes creatures for the demo archive
+    assert max(DOCKERFILE.index(f"COPY {name}") for name in ("service", "workers")) < built
     assert re.search(r"^USER proteus$", DOCKERFILE, flags=re.MULTILINE)
     program = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["scripts"]
     assert list(program) == ["proteus"]
