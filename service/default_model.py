@@ -16,6 +16,7 @@ from service.cli.console import Output, guarded
 from service.cli.embedded import service_for
 from service.cli.waiting import demand_success, wait_for_job
 from service.client import Client, Document, ServiceError
+from service.schemas.training import DEFAULT_VIEWS
 from workers.geometry.creatures import TRAINING_SPECIES, make_creature
 from workers.geometry.preparation import PREPARATION_VERSION
 from workers.geometry.solution import solve
@@ -38,9 +39,9 @@ def request_body(
     creatures: int,
     transformations: Sequence[str],
     strengths: Sequence[int],
-    views: Sequence[str] | None,
+    views: Sequence[str],
 ) -> Document:
-    """Return what is asked of the service; its own default views if none are given.
+    """Return what is asked of the service.
 
     The name says what is asked, so that what was trained for something else is not taken for it.
     """
@@ -49,7 +50,7 @@ def request_body(
         "parameters": {
             "power": POWER,
             "channels": MOST_CHANNELS,
-            **({} if views is None else {"views": list(views)}),
+            "views": list(views),
         },
         "training": {
             "collection": None,
@@ -122,7 +123,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
         creatures=asked.creatures,
         transformations=asked.transformations or PAPER_TRANSFORMATIONS,
         strengths=asked.strengths or STRENGTHS,
-        views=asked.views,
+        views=asked.views or DEFAULT_VIEWS,
     )
     output = Output()
     with guarded(output):

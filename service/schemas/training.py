@@ -26,7 +26,7 @@ from workers.retrieval.bank import MOST_CHANNELS, POWER
 from workers.retrieval.builtin import HEAT_TIME, SHAPE_DNA_EIGENVALUES
 
 DEFAULTS = LearningOptions()
-DEFAULT_VIEWS = ("closed", "smooth")
+DEFAULT_VIEWS = ("detailed", "smooth")
 Unit = Literal["none", "area", "first-eigenvalue"]
 UNIT = "of the eigenvalues: the meshes' own, or whatever makes area or λ₁ 1"
 Transformation = Annotated[Text, StringConstraints(max_length=40)]

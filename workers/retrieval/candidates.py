@@ -22,6 +22,9 @@ AREA_TIMES = (0.0005, 0.001, 0.002, 0.004, 0.01, 0.03)  # of a surface of area 1
 HAT_TIMES = (0.0005, 0.001, 0.002, 0.004, 0.008, 0.03)
 RELATIVE_ENERGIES = (0.0, 1.0, 2.0, 3.0, 4.0)  # in ln λ/λ₁
 AREA_ENERGIES = (3.0, 4.0, 5.0, 6.0, 6.7)  # in ln λ at area 1; 100 eigenpairs end at about 7
+FINE_EIGENPAIRS = 200  # with so many, finer kernels can be told from their cut-off spectrum
+FINE_TIME = 0.00025
+FINE_ENERGY = 7.4
 LEADING_EIGENVALUES = 15
 POINTS_TIME = 0.0005  # of a surface of area 1
 POINTS_TIMES = (1.0, 1.69, 2.856, 4.827, 8.157, 13.786, 23.298)  # a factor 1.69 apart
@@ -39,7 +42,7 @@ def candidate_model(views: Sequence[View], *, power: float) -> Model:
     power : float
         p of the fusion Σ w (D/s)^p.
     """
-    channels = [channel for view in views for channel in _of_view(view.name)]
+    channels = [channel for view in views for channel in _of_view(view)]
     return Model(
         name="candidates",
         method="bank",
@@ -55,26 +58,27 @@ def candidate_model(views: Sequence[View], *, power: float) -> Model:
     )
 
 
-def _of_view(view: str) -> Iterator[Channel]:
+def _of_view(prepared: View) -> Iterator[Channel]:
     """Candidates under one view; "relative" stands for λ/λ₁, "even" for a centre of 0."""
-    relative, area = "first-eigenvalue", "area"
+    view, relative, area = prepared.name, "first-eigenvalue", "area"
+    fine = prepared.eigenpairs >= FINE_EIGENPAIRS
     yield _signature(view, "biharmonic even", BiharmonicKernel(), area, "log-mean")
     for time in RELATIVE_TIMES:
         heat = HeatKernel(time)
         yield _signature(view, f"heat {time:g}/λ₁ even", heat, relative, "log-mean")
         yield _signature(view, f"heat {time:g}/λ₁", heat, relative, "none")
-    for time in AREA_TIMES:
+    for time in (FINE_TIME, *AREA_TIMES) if fine else AREA_TIMES:
         heat = HeatKernel(time)
         yield _signature(view, f"heat {time:g} even", heat, area, "log-mean")
         yield _signature(view, f"heat {time:g}", heat, area, "none")
-    for time in HAT_TIMES:
+    for time in (FINE_TIME, *HAT_TIMES) if fine else HAT_TIMES:
         hat = MexicanHatKernel(time)
         yield _signature(view, f"hat {time:g} even", hat, area, "log-mean")
     for energy in RELATIVE_ENERGIES:
         wave = WaveKernel(energy)
         yield _signature(view, f"wave {energy:g} λ/λ₁ even", wave, relative, "log-mean")
         yield _signature(view, f"wave {energy:g} λ/λ₁", wave, relative, "mean")
-    for energy in AREA_ENERGIES:
+    for energy in (*AREA_ENERGIES, FINE_ENERGY) if fine else AREA_ENERGIES:
         wave = WaveKernel(energy)
         yield _signature(view, f"wave {energy:g} even", wave, area, "log-mean")
         yield _signature(view, f"wave {energy:g}", wave, area, "mean")
