@@ -56,7 +56,7 @@ VIEWS: Mapping[str, View] = {
         _changed(SMOOTH, "smoother", "smooth", Step("smooth", {"time": 1e-3, "steps": 3})),
     )
 }
-SHIPPED = "closed + smooth"
+SHIPPED = "detailed + smooth"
 SETS: Mapping[str, tuple[str, ...]] = {
     " + ".join(views): views
     for views in (
@@ -76,7 +76,7 @@ SETS: Mapping[str, tuple[str, ...]] = {
         ("open", "closed", "smooth-open", "smooth"),
     )
 }
-SLOPES = "closed + smooth, slopes of quantiles too"
+SLOPES = "detailed + smooth, slopes of quantiles too"
 
 
 def without_area(views: Sequence[View]) -> Model:
