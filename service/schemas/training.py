@@ -273,7 +273,7 @@ NEW_MODEL_EXAMPLES: list[JsonDict] = [
     {
         "name": "bank-of-mine",
         "method": "bank",
-        "parameters": {"views": ["closed", "smooth"], "channels": 16},
+        "parameters": {"views": ["detailed", "smooth"], "channels": 16},
         "training": {"collection": "zoo", "creatures": 20, **CREATURES},
     },
     {"name": "short-heat", "method": "heat", "parameters": {"time": 0.05}},

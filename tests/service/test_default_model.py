@@ -14,6 +14,7 @@ from pathlib import Path
 import pytest
 
 from service.default_model import request_body
+from service.schemas.training import DEFAULT_VIEWS
 from tests.pipeline.trainings import begin_bank, definition, small_bench, work
 from tests.service.running import EGG, ZOO, Api
 from workers.pipeline.training_plan import TrainingRequest
@@ -91,7 +92,7 @@ def test_what_is_asked_for_is_what_the_report_says_was_asked_for() -> None:
         creatures=training["creatures"],
         transformations=training["transformations"],
         strengths=training["strengths"],
-        views=None,
+        views=DEFAULT_VIEWS,
     )
 
 

@@ -17,11 +17,11 @@ export interface Parameter {
 }
 
 const VIEWS = {
+  detailed: "detailed: holes get caps, twice as many eigenfunctions",
+  smooth: "smooth: noise is taken off, holes get caps",
   closed: "closed: holes get caps",
   open: "open: holes stay",
-  smooth: "smooth: noise is taken off, holes get caps",
   "smooth-open": "smooth and open",
-  detailed: "detailed: closed, with twice as many eigenfunctions",
 };
 const UNITS = {
   "first-eigenvalue": "first eigenvalue 1: size is forgotten",
@@ -72,7 +72,7 @@ export const PARAMETERS: Record<string, Parameter[]> = {
       label: "Views",
       says: "In each of them every channel is tried; one that nothing needs is dropped.",
       kind: "several",
-      usual: "closed,smooth",
+      usual: "detailed,smooth",
       choices: VIEWS,
     },
     {
