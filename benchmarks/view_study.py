@@ -148,11 +148,11 @@ def main() -> None:
     found, channels = {}, {}
     for name in dict.fromkeys([SHIPPED, *(options.set or known)]):
         views = [VIEWS[view] for view in SETS.get(name, SETS[SHIPPED])]
-        candidates = without_area(views)
+        candidates = shipped_with(views) if options.shipped else without_area(views)
         shapes = described(options.benchmark, candidates, options.processes, options.solutions)
         if name == SLOPES:
             shapes, candidates = with_slopes(shapes, candidates)
-        model = shipped_with(views) if options.shipped else even(shapes, candidates)
+        model = candidates if options.shipped else even(shapes, candidates)
         found[name] = scores_of(model, of_channels(shapes, candidates, model))
         channels[name] = len(model.channels)
     show_rows(found, channels, shapes)
