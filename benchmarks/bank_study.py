@@ -18,14 +18,12 @@ from rich.progress import track
 from sqlalchemy import select
 
 from benchmarks.described import PROGRESS, described, of_channels, scores_of, show_rows
-from workers.diffusion.bands import MexicanHatKernel, WaveKernel
-from workers.diffusion.kernels import HeatKernel
 from workers.pipeline.train_bank import bank_shapes, descriptors
 from workers.pipeline.training_parts import VARIANT, load_kept
 from workers.pipeline.training_variants import Variant
 from workers.pipeline.workbench import Workbench
 from workers.retrieval.bank import BankOptions, BankShapes, train_bank
-from workers.retrieval.candidates import FINE_ENERGY, FINE_TIME
+from workers.retrieval.candidates import is_resolved
 from workers.retrieval.channels import EIGENVALUES, Channel
 from workers.retrieval.model import Model
 from workers.settings import Settings
@@ -35,6 +33,7 @@ from workers.storage.models import Part
 from workers.storage.parts import Failure
 
 BASE = "all together"
+FEW_EIGENPAIRS = 100  # of the views but "detailed"
 
 Way = Callable[[BankShapes, Model], tuple[BankShapes, Model, BankOptions]]
 """From all there is to what a bank is trained with."""
@@ -98,18 +97,10 @@ def _of_view(name: str) -> Way:
     return only(lambda channel: channel.view == name)
 
 
-def _is_fine(channel: Channel) -> bool:
-    """Whether it is a candidate for its view's many eigenpairs alone."""
-    kernel = channel.kernel
-    if isinstance(kernel, WaveKernel):
-        return kernel.energy == FINE_ENERGY
-    return isinstance(kernel, HeatKernel | MexicanHatKernel) and kernel.time == FINE_TIME
-
-
 WAYS: Mapping[str, Way] = {
     BASE: only(lambda channel: True),
     "without points": only(lambda channel: not channel.is_of_points),
-    "without finer kernels": only(lambda channel: not _is_fine(channel)),
+    "without finer kernels": only(lambda channel: is_resolved(channel, FEW_EIGENPAIRS)),
     "view detailed alone": _of_view("detailed"),
     "view smooth alone": _of_view("smooth"),
     "without eigenvalues": only(lambda channel: channel.feature != EIGENVALUES),

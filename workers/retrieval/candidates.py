@@ -2,6 +2,8 @@
 
 from collections.abc import Iterator, Sequence
 
+import numpy as np
+
 from workers.diffusion.bands import MexicanHatKernel, WaveKernel
 from workers.diffusion.kernels import BiharmonicKernel, HeatKernel, Kernel
 from workers.geometry.preparation import PREPARATION_VERSION, View
@@ -18,13 +20,12 @@ QUANTILE_LEVELS = (
 """The tails carry much: without them 1.5 points are lost (SCIENCE.md, section 4)."""
 
 RELATIVE_TIMES = (0.02, 0.05, 0.15, 0.4, 1.0, 4.0)  # in 1/λ₁
-AREA_TIMES = (0.0005, 0.001, 0.002, 0.004, 0.01, 0.03)  # of a surface of area 1
-HAT_TIMES = (0.0005, 0.001, 0.002, 0.004, 0.008, 0.03)
+AREA_TIMES = (0.00025, 0.0005, 0.001, 0.002, 0.004, 0.01, 0.03)  # of a surface of area 1
+HAT_TIMES = (0.00025, 0.0005, 0.001, 0.002, 0.004, 0.008, 0.03)
 RELATIVE_ENERGIES = (0.0, 1.0, 2.0, 3.0, 4.0)  # in ln λ/λ₁
-AREA_ENERGIES = (3.0, 4.0, 5.0, 6.0, 6.7)  # in ln λ at area 1; 100 eigenpairs end at about 7
-FINE_EIGENPAIRS = 200  # with so many, finer kernels can be told from their cut-off spectrum
-FINE_TIME = 0.00025
-FINE_ENERGY = 7.4
+AREA_ENERGIES = (3.0, 4.0, 5.0, 6.0, 6.7, 7.4)  # in ln λ at area 1
+LEAST_DAMPING = 0.62  # tλ of a time at the end of the spectrum: earlier ones are cut off
+HIGHEST_ENERGY = 0.7  # eigenvalue of a wave's middle, as a share of the spectrum's end
 LEADING_EIGENVALUES = 15
 POINTS_TIME = 0.0005  # of a surface of area 1
 POINTS_TIMES = (1.0, 1.69, 2.856, 4.827, 8.157, 13.786, 23.298)  # a factor 1.69 apart
@@ -32,7 +33,7 @@ POINTS_SAMPLES = 64
 
 
 def candidate_model(views: Sequence[View], *, power: float) -> Model:
-    """Model of every candidate under every view, all of weight 1 and scale 1.
+    """Model of every candidate that each view resolves, all of weight 1 and scale 1.
 
     A bank's descriptor is made of columns of this model's.
 
@@ -42,7 +43,12 @@ def candidate_model(views: Sequence[View], *, power: float) -> Model:
     power : float
         p of the fusion Σ w (D/s)^p.
     """
-    channels = [channel for view in views for channel in _of_view(view)]
+    channels = [
+        channel
+        for view in views
+        for channel in _of_view(view.name)
+        if is_resolved(channel, view.eigenpairs)
+    ]
     return Model(
         name="candidates",
         method="bank",
@@ -58,27 +64,42 @@ def candidate_model(views: Sequence[View], *, power: float) -> Model:
     )
 
 
-def _of_view(prepared: View) -> Iterator[Channel]:
+def is_resolved(channel: Channel, eigenpairs: int) -> bool:
+    """Whether so many eigenpairs reach as far as a channel's kernel needs, by Weyl's law.
+
+    Only kernels of absolute size are asked; those in units of 1/λ₁ are all coarse enough.
+    """
+    if channel.normalisation != "area":
+        return True
+    end = 4.0 * np.pi * eigenpairs
+    match channel.kernel:
+        case HeatKernel(time=time) | MexicanHatKernel(time=time):
+            return time * end >= LEAST_DAMPING
+        case WaveKernel(energy=energy):
+            return bool(np.exp(energy) <= HIGHEST_ENERGY * end)
+    return True
+
+
+def _of_view(view: str) -> Iterator[Channel]:
     """Candidates under one view; "relative" stands for λ/λ₁, "even" for a centre of 0."""
-    view, relative, area = prepared.name, "first-eigenvalue", "area"
-    fine = prepared.eigenpairs >= FINE_EIGENPAIRS
+    relative, area = "first-eigenvalue", "area"
     yield _signature(view, "biharmonic even", BiharmonicKernel(), area, "log-mean")
     for time in RELATIVE_TIMES:
         heat = HeatKernel(time)
         yield _signature(view, f"heat {time:g}/λ₁ even", heat, relative, "log-mean")
         yield _signature(view, f"heat {time:g}/λ₁", heat, relative, "none")
-    for time in (FINE_TIME, *AREA_TIMES) if fine else AREA_TIMES:
+    for time in AREA_TIMES:
         heat = HeatKernel(time)
         yield _signature(view, f"heat {time:g} even", heat, area, "log-mean")
         yield _signature(view, f"heat {time:g}", heat, area, "none")
-    for time in (FINE_TIME, *HAT_TIMES) if fine else HAT_TIMES:
+    for time in HAT_TIMES:
         hat = MexicanHatKernel(time)
         yield _signature(view, f"hat {time:g} even", hat, area, "log-mean")
     for energy in RELATIVE_ENERGIES:
         wave = WaveKernel(energy)
         yield _signature(view, f"wave {energy:g} λ/λ₁ even", wave, relative, "log-mean")
         yield _signature(view, f"wave {energy:g} λ/λ₁", wave, relative, "mean")
-    for energy in (*AREA_ENERGIES, FINE_ENERGY) if fine else AREA_ENERGIES:
+    for energy in AREA_ENERGIES:
         wave = WaveKernel(energy)
         yield _signature(view, f"wave {energy:g} even", wave, area, "log-mean")
         yield _signature(view, f"wave {energy:g}", wave, area, "mean")
