@@ -1,7 +1,8 @@
 """What a shape costs from file to descriptor under a model, step by step, and what is stored of it.
 
 ``python -m benchmarks.cost`` takes creatures whose triangles were cut into four until they have as
-many vertices as were asked for, in binary PLY; seconds are of one processor, medians.
+many vertices as were asked for, in binary PLY; seconds are of one processor, medians. Another
+model than the shipped one is measured with ``--model FILE``, a ``proteus.json``.
 """
 
 import argparse
@@ -89,9 +90,12 @@ def main() -> None:
     """Measure, print, and save what was measured where ``--out`` says."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--repeats", type=int, default=3)
+    parser.add_argument("--model", type=Path, help="instead of the shipped one")
     parser.add_argument("--out", type=Path, help="write the figures as JSON")
     options = parser.parse_args()
     model = shipped_model()
+    if options.model is not None:
+        model = Model.from_json(json.loads(options.model.read_text()))
     found: dict[int, list[tuple[dict[str, float], dict[str, int]]]] = {}
     work = [(size, name) for size in SIZES for name in SPECIES]
     for size, name in track(work, "measuring", console=Console(stderr=True)):

@@ -1,0 +1,63 @@
+"""What the model `proteus` finds on a benchmark beside other models, and which copies it misses.
+
+``python -m benchmarks.model_study --benchmark bench`` prints the rows of the shipped model, of the
+channels of each of its views alone, and of every ``--other FILE`` (a ``proteus.json``, such as
+``git show REVISION:workers/storage/shipped/proteus.json`` gives) with the 95 per cent interval of a
+paired bootstrap over shapes; then the copies that do not come first, with their strength and rank.
+"""
+
+import argparse
+import json
+from dataclasses import replace
+from pathlib import Path
+
+from benchmarks.described import CONSOLE, described, of_channels, scores_of, show_rows
+from workers.geometry.arrays import FloatArray
+from workers.retrieval.bank_shapes import BankShapes
+from workers.retrieval.candidates import candidate_model
+from workers.retrieval.model import Model
+from workers.storage.shipped_models import shipped_model
+
+
+def of_view(model: Model, view: str) -> Model:
+    """Model of the channels of one view alone."""
+    channels = tuple(channel for channel in model.channels if channel.view == view)
+    return replace(model, channels=channels)
+
+
+def missed(scores: FloatArray, shapes: BankShapes) -> dict[str, list[str]]:
+    """Copies whose own shape does not come first, by their transformation."""
+    found: dict[str, list[str]] = {}
+    for number, score in enumerate(scores.tolist()):
+        if score < 100.0:
+            name, strength = shapes.names[shapes.truth[number]], shapes.strengths[number]
+            told = f"{name} {strength} at rank {100.0 / score:.0f}"
+            found.setdefault(shapes.transformations[number], []).append(told)
+    return found
+
+
+def main() -> None:
+    """Describe, measure each model, and print."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--benchmark", type=Path, required=True)
+    parser.add_argument("--solutions", type=Path, help="data directory with spectra")
+    parser.add_argument("--processes", type=int, default=2)
+    parser.add_argument("--other", type=Path, action="append", default=[], help="again for more")
+    asked = parser.parse_args()
+    shipped = shipped_model()
+    models = {"proteus": shipped}
+    models |= {f"{view.name} alone": of_view(shipped, view.name) for view in shipped.views}
+    models |= {str(path): Model.from_json(json.loads(path.read_text())) for path in asked.other}
+    found = {}
+    for name, model in models.items():
+        candidates = candidate_model(model.views, power=model.fusion_power)
+        every = described(asked.benchmark, candidates, asked.processes, asked.solutions)
+        shapes = of_channels(every, candidates, model)
+        found[name] = scores_of(model, shapes)
+    show_rows(found, {name: len(model.channels) for name, model in models.items()}, shapes)
+    for transformation, copies in missed(found["proteus"], shapes).items():
+        CONSOLE.print(f"{transformation}: {', '.join(copies)}", soft_wrap=True)
+
+
+if __name__ == "__main__":
+    main()
