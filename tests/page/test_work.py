@@ -8,6 +8,7 @@ import pytest
 from playwright.sync_api import Page, expect
 
 from service.cli.embedded import service_for
+from service.schemas.training import BankParameters
 from tests.page.conftest import Running, Seen
 from workers.settings import load_settings
 
@@ -28,6 +29,10 @@ def test_a_model_is_trained_used_and_measured_by_hand(running: Running, seen: Se
     page.get_by_role("button", name="Train it").click()
     expect(page.get_by_role("heading", name="by-hand", exact=True)).to_be_visible()
     page.get_by_role("button", name=re.compile("^Use it")).first.click(timeout=LONG)
+    made = page.request.get(f"{running.url}/v1/models/by-hand").json()
+    assert made["parameters"] == BankParameters().model_dump(
+        mode="json"
+    )  # the page's own usual ones
 
     dialog = page.get_by_role("dialog")
     dialog.get_by_label("Collection").select_option("measured")
