@@ -88,7 +88,7 @@ def test_points_that_make_no_sense_are_refused(changes: dict[str, Any], words: s
         replace(LOCAL, **changes)
     with pytest.raises(InvalidRequestError, match="points, and nothing else"):
         replace(HEAT, dissimilarity=UNFOUND)
-    with pytest.raises(InvalidRequestError, match="points alone"):
+    with pytest.raises(InvalidRequestError, match="no channel that is scanned"):
         replace(MODEL, channels=(LOCAL,))
 
 

@@ -103,6 +103,11 @@ class View:
         text = json.dumps(content, sort_keys=True, separators=(",", ":"))
         return f"{self.name}-{hashlib.sha256(text.encode()).hexdigest()[:12]}"
 
+    @property
+    def is_smoothed(self) -> bool:
+        """Whether a step takes noise off."""
+        return any(step.name in {"fair", "smooth"} for step in self.steps)
+
     def to_json(self) -> dict[str, Any]:
         """Plain dict, as it is stored with a model."""
         return {

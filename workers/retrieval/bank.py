@@ -21,7 +21,7 @@ from workers.retrieval.elimination import choose, eliminate
 from workers.retrieval.model import Model
 from workers.retrieval.ranking_loss import learn_weights
 
-BANK_VERSION = "2"
+BANK_VERSION = "3"
 """Part of a bank's versions: raised when the same descriptors give another bank."""
 
 POWER = 0.25  # the sum stays a metric, and one channel that fails does not drown the others
@@ -108,7 +108,7 @@ def train_bank(
             "at least 2"
         )
     found = dissimilarities(shapes, candidates)
-    scales = np.where(_forgotten(shapes, candidates), 0.0, typical_scales(shapes, found))
+    scales = np.where(_left_out(shapes, candidates), 0.0, typical_scales(shapes, found))
     terms = ranking_terms(shapes, candidates, found, scales, power=options.power)
     useful = np.flatnonzero(scales > 0.0)
     held_out = held_out_queries(shapes)
@@ -143,10 +143,14 @@ def held_out_queries(shapes: BankShapes) -> BoolArray:
     return np.array([group in held_out for group in shapes.query_groups])
 
 
-def _forgotten(shapes: BankShapes, candidates: Model) -> BoolArray:
-    """Whether a channel sees what the model is to forget, (c,): size, where scale was trained."""
+def _left_out(shapes: BankShapes, candidates: Model) -> BoolArray:
+    """Whether a channel is not to be chosen, (c,).
+
+    Roughness is not compared, and size is to be forgotten where scale was trained.
+    """
     of_area = np.array([channel.feature == AREA for channel in candidates.channels])
-    return of_area & ("scale" in shapes.transformations)
+    of_roughness = np.array([channel.is_of_roughness for channel in candidates.channels])
+    return of_roughness | of_area & ("scale" in shapes.transformations)
 
 
 def rounded_weights(weights: FloatArray) -> FloatArray:
@@ -163,19 +167,24 @@ def _bank(
     scales: FloatArray,
     numbers: IntArray,
 ) -> Model:
-    """Return the model of the channels that have a weight, and the views that they need."""
-    channels = tuple(
+    """Return the model of the channels that have a weight, and the views that they need.
+
+    Views keep their roughness where others can count for them.
+    """
+    chosen = tuple(
         replace(candidates.channels[number], weight=float(weight), scale=float(scales[number]))
         for number, weight in zip(numbers.tolist(), weights, strict=True)
         if weight > 0.0
     )
-    if not channels:
+    if not chosen:
         raise InsufficientTrainingDataError("no channel of the bank has a weight above 0")
-    needed = {channel.view for channel in channels}
+    needed = {channel.view for channel in chosen}
+    rough = [one for one in candidates.channels if one.is_of_roughness and one.view in needed]
+    can_do_without = needed - {one.view for one in rough}
     return replace(
         candidates,
         name=name,
-        channels=channels,
+        channels=(*chosen, *(rough if can_do_without else ())),
         views=tuple(view for view in candidates.views if view.name in needed),
         fusion_power=options.power,
     )

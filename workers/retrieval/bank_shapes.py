@@ -15,6 +15,7 @@ from workers.geometry.arrays import (
 from workers.retrieval.model import Model
 from workers.retrieval.points import unfound_points
 from workers.retrieval.ranking_loss import RankingTerms
+from workers.retrieval.trust import trust
 
 CHUNK_QUERIES = 64
 
@@ -128,7 +129,7 @@ def ranking_terms(
     *,
     power: float,
 ) -> RankingTerms:
-    """(D/s)^p of the channels with a scale above 0, in their order.
+    """(D/s)^p of the channels with a scale above 0, in their order, as far as they are trusted.
 
     Channels that are scanned are alike; points are of another kind, and few.
 
@@ -145,7 +146,14 @@ def ranking_terms(
         )
     per_channel: Float32Array = scales[useful, None, None].astype(np.float32)
     terms: Float32Array = np.power(found[useful] / per_channel, np.float32(power))
+    shares: Float32Array = trust(shapes.queries, candidates)[:, useful].T.astype(np.float32)
+    terms *= shares[:, :, None]
     scanned = np.array([not channel.is_of_points for channel in candidates.channels])
     return RankingTerms(
-        terms, shapes.truth, shapes.excluded, shapes.importance, alike=scanned[useful]
+        terms,
+        shapes.truth,
+        shapes.excluded,
+        shapes.importance,
+        alike=scanned[useful],
+        trust=None if np.all(shares == 1.0) else shares,
     )

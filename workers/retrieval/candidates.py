@@ -9,7 +9,14 @@ from workers.diffusion.kernels import BiharmonicKernel, HeatKernel, Kernel
 from workers.geometry.preparation import PREPARATION_VERSION, View
 from workers.geometry.spectrum import SOLVER_VERSION
 from workers.retrieval.builtin import DESCRIPTION_VERSION
-from workers.retrieval.channels import AREA, EIGENVALUES, LOG_DIAGONAL, POINTS, Channel
+from workers.retrieval.channels import (
+    AREA,
+    EIGENVALUES,
+    LOG_DIAGONAL,
+    POINTS,
+    ROUGHNESS,
+    Channel,
+)
 from workers.retrieval.dissimilarity import UNFOUND
 from workers.retrieval.model import Model
 
@@ -30,12 +37,14 @@ LEADING_EIGENVALUES = 15
 POINTS_TIME = 0.0005  # of a surface of area 1
 POINTS_TIMES = (1.0, 1.69, 2.856, 4.827, 8.157, 13.786, 23.298)  # a factor 1.69 apart
 POINTS_SAMPLES = 64
+ROUGH = (0.35, 0.7)  # nothing clean is as rough as the first, but for a few of many holes
 
 
 def candidate_model(views: Sequence[View], *, power: float) -> Model:
     """Model of every candidate that each view resolves, all of weight 1 and scale 1.
 
-    A bank's descriptor is made of columns of this model's.
+    A bank's descriptor is made of columns of this model's. Where there is a smoothed view, the
+    others have their roughness too.
 
     Parameters
     ----------
@@ -54,7 +63,7 @@ def candidate_model(views: Sequence[View], *, power: float) -> Model:
         method="bank",
         parameters={},
         views=tuple(views),
-        channels=(*channels, _area(views[0].name)),
+        channels=(*channels, _area(views[0].name), *_roughness(views)),
         fusion_power=power,
         versions={
             "description": DESCRIPTION_VERSION,
@@ -147,3 +156,19 @@ def _area(view: str) -> Channel:
         normalisation="none",
         levels=(1.0,),
     )
+
+
+def _roughness(views: Sequence[View]) -> Iterator[Channel]:
+    """Of views that noise can ruin, where there is one that it cannot."""
+    if any(view.is_smoothed for view in views):
+        for view in views:
+            if not view.is_smoothed:
+                yield Channel(
+                    name=f"{view.name}: roughness",
+                    view=view.name,
+                    kernel=None,
+                    feature=ROUGHNESS,
+                    normalisation="none",
+                    levels=ROUGH,
+                    weight=0.0,
+                )

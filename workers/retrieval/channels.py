@@ -17,6 +17,7 @@ from workers.diffusion.kernels import HeatKernel, Kernel, kernel_from_json, kern
 from workers.errors import InvalidRequestError, KernelDomainError, SpectrumError
 from workers.geometry.arrays import Float32Array, FloatArray, IntArray
 from workers.geometry.sampling import SAMPLES
+from workers.geometry.smoothing import roughness
 from workers.geometry.solution import Solution
 from workers.geometry.spectrum import Spectrum
 from workers.retrieval.dissimilarity import UNFOUND, find_dissimilarity
@@ -28,8 +29,9 @@ LOG_DIAGONAL = "log-diagonal-distribution"
 POINTS = "log-diagonal-points"
 EIGENVALUES = "eigenvalues"
 AREA = "area"
-FEATURES = (DISTANCES, DIAGONAL, LOG_DIAGONAL, POINTS, EIGENVALUES, AREA)
-WITHOUT_KERNEL = frozenset({EIGENVALUES, AREA})
+ROUGHNESS = "roughness"
+FEATURES = (DISTANCES, DIAGONAL, LOG_DIAGONAL, POINTS, EIGENVALUES, AREA, ROUGHNESS)
+WITHOUT_KERNEL = frozenset({EIGENVALUES, AREA, ROUGHNESS})
 NORMALISATIONS = ("none", "area", "first-eigenvalue", "mean")
 CENTRES = ("none", "mean", "log-mean")
 LOG_FLOOR = 1e-9  # below what any kernel leaves at a vertex of a surface of area 1
@@ -51,7 +53,8 @@ class Channel:
         "distance-distribution": of diffusion distances between sampled points, eq. (6);
         "diagonal-distribution": of k(x,x) at all vertices; "log-diagonal-distribution": of
         ln k(x,x); "log-diagonal-points": of ln k(x,x) at sampled points, and at several times;
-        "eigenvalues": their logarithms; "area": the logarithm of the surface's area.
+        "eigenvalues": their logarithms; "area": the logarithm of the surface's area; "roughness":
+        of the working mesh, which is not compared: it says what a query's view is worth.
     normalisation : str
         The scale that is forgotten: "none"; "area" and "first-eigenvalue" scale the surface until
         that is 1; "mean" divides distances, values or eigenvalues by their mean.
@@ -62,7 +65,9 @@ class Channel:
         Bounds of a histogram's bins, fixed with the model; the outermost bins take what is beyond.
     levels : tuple of float or None
         Instead of edges: levels in (0, 1) of quantiles; for eigenvalues the numbers of those that
-        are taken, 1 being the first nonzero one; for points multiples of the heat kernel's time.
+        are taken, 1 being the first nonzero one; for points multiples of the heat kernel's time;
+        for roughness the one up to which its view counts in full, and the one from which on it
+        does not count.
     dissimilarity : str
         By which two such vectors are compared unless a query asks for another.
     scale, weight : float
@@ -97,18 +102,22 @@ class Channel:
         if self.feature == POINTS and not isinstance(self.kernel, HeatKernel):
             raise self._invalid("points have a heat kernel")
         if (self.kernel is None) != (self.feature in WITHOUT_KERNEL):
-            raise self._invalid("eigenvalues and area take no kernel, everything else needs one")
+            raise self._invalid(
+                "eigenvalues, area and roughness take no kernel, everything else needs one"
+            )
         if (self.edges is None) == (self.levels is None):
             raise self._invalid("expected either edges or levels")
         if self.edges is not None:
             if self.feature in {*WITHOUT_KERNEL, POINTS}:
-                raise self._invalid("points, eigenvalues and area have levels and no edges")
+                raise self._invalid(
+                    "points, eigenvalues, area and roughness have levels and no edges"
+                )
             if len(self.edges) < 2 or not np.all(np.diff(self.edges) > 0.0):
                 raise self._invalid("edges must ascend and be at least 2")
         if self.levels is not None and not self._levels_fit(self.levels):
             raise self._invalid(
                 "levels must be numbers between 0 and 1, from 1 on for eigenvalues, above 0 for "
-                "points"
+                "points, two that ascend for roughness"
             )
         positive = self.scale > 0.0 and self.weight >= 0.0 and self.samples >= 1
         if not (positive and np.isfinite(self.scale) and np.isfinite(self.weight)):
@@ -124,6 +133,11 @@ class Channel:
         return self.feature == POINTS
 
     @property
+    def is_of_roughness(self) -> bool:
+        """True where nothing is compared, but a query's number says what its view is worth."""
+        return self.feature == ROUGHNESS
+
+    @property
     def is_distribution(self) -> bool:
         """True for probabilities a bin, False for quantiles and eigenvalues."""
         return self.edges is not None
@@ -136,6 +150,8 @@ class Channel:
     @property
     def widths(self) -> FloatArray:
         """Widths of the bins, (d,); 1 where there are none."""
+        if self.is_of_roughness:
+            return np.ones(1)
         if self.edges is not None:
             return np.diff(np.asarray(self.edges, dtype=np.float64))
         return np.ones(len(self.levels or ()))
@@ -183,6 +199,8 @@ class Channel:
         """Whether levels are what the feature needs."""
         if self.feature == AREA:
             return levels == (1.0,)
+        if self.feature == ROUGHNESS:
+            return len(levels) == 2 and 0.0 <= levels[0] < levels[1] < np.inf
         if self.feature == POINTS:
             return len(levels) > 0 and all(level > 0.0 for level in levels)
         if self.feature == EIGENVALUES:
@@ -222,6 +240,8 @@ def describe_channel(solution: Solution, channel: Channel) -> Float32Array:
     if channel.feature == AREA:
         logarithm: Float32Array = np.log([solution.spectrum.area]).astype(np.float32)
         return logarithm
+    if channel.is_of_roughness:
+        return np.array([roughness(solution.mesh)], dtype=np.float32)
     spectrum = normalised_spectrum(solution.spectrum, channel.normalisation)
     if channel.kernel is None:
         return _log_eigenvalues(spectrum, channel)

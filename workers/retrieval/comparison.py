@@ -12,6 +12,7 @@ from workers.retrieval.scan import (
     similarity,
     with_points,
 )
+from workers.retrieval.trust import trusted
 
 
 @dataclass(frozen=True, eq=False)
@@ -21,6 +22,7 @@ class ComparedChannel:
     Attributes
     ----------
     channel : Channel
+        With the weight that it has for this query.
     dissimilarity : str
         By which it was compared: its own, or what was asked for.
     distance : float
@@ -77,7 +79,8 @@ def compare(
     matrix = match[None]  # (1, d)
     scanned = distances(query, matrix, model, dissimilarity=dissimilarity)
     far = with_points(query, matrix.__getitem__, scanned, model, dissimilarity=dissimilarity)
-    counted = model.channels if dissimilarity is None else model.scanned
+    counting = trusted(query, model)
+    counted = counting.compared if dissimilarity is None else counting.scanned
     parts = [_compared(query, match, model, channel, dissimilarity) for channel in counted]
     return Comparison(
         distance=float(far[0]),

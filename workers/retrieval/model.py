@@ -31,7 +31,8 @@ class Model:
     views : tuple of View
         The preparations that its channels name.
     channels : tuple of Channel
-        Their vectors, one after the other, are the descriptor.
+        Their vectors, one after the other, are the descriptor. A channel of roughness says what
+        the others of its view count for a query (`trust`).
     fusion_power : float
         p of the distance Σ weight · (D / scale)^p.
     versions : Mapping of str to str
@@ -69,7 +70,7 @@ class Model:
             )
         if not self.scanned:
             raise InvalidRequestError(
-                f"model {self.name!r} has channels of points alone, expected one that is scanned"
+                f"model {self.name!r} has no channel that is scanned, but points or roughness alone"
             )
         if not (np.isfinite(self.fusion_power) and self.fusion_power > 0.0):
             raise InvalidRequestError(f"fusion power is {self.fusion_power}, expected > 0")
@@ -77,12 +78,21 @@ class Model:
     @property
     def scanned(self) -> tuple[Channel, ...]:
         """Channels by which all rows are compared."""
-        return tuple(channel for channel in self.channels if not channel.is_of_points)
+        return tuple(
+            channel
+            for channel in self.channels
+            if not (channel.is_of_points or channel.is_of_roughness)
+        )
 
     @property
     def matched(self) -> tuple[Channel, ...]:
         """Channels of points, by which the nearest rows are compared."""
         return tuple(channel for channel in self.channels if channel.is_of_points)
+
+    @property
+    def compared(self) -> tuple[Channel, ...]:
+        """Channels that are `scanned` or `matched`: all but those of roughness."""
+        return tuple(channel for channel in self.channels if not channel.is_of_roughness)
 
     def check_dissimilarity(self, name: str) -> None:
         """Refuse a dissimilarity that cannot be asked for instead of the channels' own.

@@ -1,6 +1,6 @@
 """Weights of channels by a ranking loss: every query's own reference before all others."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.optimize import minimize
@@ -28,6 +28,9 @@ class RankingTerms:
         Share of each query in the loss; the sum is 1.
     alike : (c,) bool or None
         Channels that are of one kind, so that even weights are expected of them; None for all.
+    trust : (c, q) float32 or None
+        What of its weight each channel keeps for a query, which is in ``terms`` already; None
+        where all keep all.
     """
 
     terms: Float32Array
@@ -35,6 +38,7 @@ class RankingTerms:
     excluded: BoolArray
     importance: FloatArray
     alike: BoolArray | None = None
+    trust: Float32Array | None = None
 
     @property
     def n_channels(self) -> int:
@@ -43,8 +47,12 @@ class RankingTerms:
 
     def channels(self, chosen: IntArray) -> "RankingTerms":
         """Only these channels."""
-        alike = None if self.alike is None else self.alike[chosen]
-        return RankingTerms(self.terms[chosen], self.truth, self.excluded, self.importance, alike)
+        return replace(
+            self,
+            terms=self.terms[chosen],
+            alike=None if self.alike is None else self.alike[chosen],
+            trust=None if self.trust is None else self.trust[chosen],
+        )
 
     def queries(self, chosen: IntArray) -> "RankingTerms":
         """Only these queries, in equal shares of what they had."""
@@ -55,6 +63,7 @@ class RankingTerms:
             self.excluded[chosen],
             importance / importance.sum(),
             self.alike,
+            None if self.trust is None else self.trust[:, chosen],
         )
 
     def distances(self, weights: FloatArray) -> FloatArray:
@@ -63,6 +72,19 @@ class RankingTerms:
         fused = (weights.astype(np.float32) @ flat).astype(np.float64)  # (q g)
         fused = fused.reshape(self.excluded.shape)
         return np.where(self.excluded, np.inf, fused)
+
+    def even_distances(self, weights: FloatArray) -> FloatArray:
+        """Distances as a model has them (`trusted`): what is not trusted counts with the others.
+
+        The order is that of `distances`, whose loss is convex.
+        """
+        fused = self.distances(weights)
+        if self.trust is None:
+            return fused
+        kept = weights @ self.trust.astype(np.float64)  # (q,)
+        even = np.divide(weights.sum(), kept, out=np.ones(len(kept)), where=kept > 0.0)
+        distances: FloatArray = fused * even[:, None]
+        return distances
 
 
 def ranking_loss(terms: RankingTerms, weights: FloatArray) -> float:

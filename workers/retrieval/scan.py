@@ -14,6 +14,7 @@ from workers.retrieval.dissimilarity import Dissimilarity, find_dissimilarity
 from workers.retrieval.fusion import fuse
 from workers.retrieval.model import Model
 from workers.retrieval.points import unfound_points
+from workers.retrieval.trust import trusted
 
 RERANKED = 100
 """How many of the nearest rows are looked at more closely, where a model has points."""
@@ -34,7 +35,8 @@ def distances(
 ) -> FloatArray:
     """Distances Σ weight · (D / scale)^power of a query to every row, exactly.
 
-    Channels of points are left out: `with_points` adds them. A row's distance is the same, bit for
+    Weights are those that channels have for this query, see `trusted`. Channels of points are left
+    out: `with_points` adds them. A row's distance is the same, bit for
     bit, whatever other rows stand around it and in whatever order; memory beside the result stays
     at some megabytes for a matrix of any length.
 
@@ -63,7 +65,7 @@ def distances(
             f"query of shape {query.shape} and matrix of shape {matrix.shape} do not fit model "
             f"{model.name!r}, whose descriptors have {model.dimension} numbers"
         )
-    slices, scanned = model.slices, model.scanned
+    slices, scanned = model.slices, trusted(query, model).scanned
     plan = [(_comparison(c, dissimilarity), slices[c.name], c.widths) for c in scanned]
     vector = np.asarray(query, dtype=np.float64)  # (d,)
     n, rows = len(matrix), max(1, CHUNK_BYTES // (4 * model.dimension))
@@ -104,9 +106,9 @@ def with_points(
     -------
     (n,) float64; ``far`` itself where the model has no channels of points.
     """
-    matched = model.matched
-    if not matched or dissimilarity or len(far) == 0:
+    if not model.matched or dissimilarity or len(far) == 0:
         return far
+    matched = trusted(query, model).matched
     last = min(RERANKED, len(far)) - 1
     places: IntArray = np.flatnonzero(far <= np.partition(far, last)[last])
     rows = fetch(places)  # (m, d)
