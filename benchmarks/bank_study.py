@@ -61,11 +61,17 @@ def trained_on(folder: Path) -> tuple[BankShapes, Model]:
     return bank_shapes([variant for variant, _ in there], rows), planned[0].candidates
 
 
-def only(keep: Callable[[Channel], bool], options: BankOptions | None = None) -> Way:
-    """Train with some of the candidates."""
+def only(
+    keep: Callable[[Channel], bool], options: BankOptions | None = None, *, roughness: bool = True
+) -> Way:
+    """Train with some of the candidates, and with or without knowing what is rough."""
 
     def restrict(shapes: BankShapes, all_of_them: Model) -> tuple[BankShapes, Model, BankOptions]:
-        kept = tuple(channel for channel in all_of_them.channels if keep(channel))
+        kept = tuple(
+            channel
+            for channel in all_of_them.channels
+            if (roughness if channel.is_of_roughness else keep(channel))
+        )
         fewer = replace(all_of_them, channels=kept)
         return of_channels(shapes, all_of_them, fewer), fewer, options or BankOptions()
 
@@ -100,6 +106,7 @@ def _of_view(name: str) -> Way:
 WAYS: Mapping[str, Way] = {
     BASE: only(lambda channel: True),
     "without points": only(lambda channel: not channel.is_of_points),
+    "without roughness": only(lambda channel: True, roughness=False),
     "without finer kernels": only(lambda channel: is_resolved(channel, FEW_EIGENPAIRS)),
     "view detailed alone": _of_view("detailed"),
     "view smooth alone": _of_view("smooth"),

@@ -19,6 +19,7 @@ from workers.retrieval.bank_shapes import BankShapes
 from workers.retrieval.candidates import candidate_model
 from workers.retrieval.model import Model
 from workers.retrieval.scan import distances, with_points
+from workers.retrieval.trust import trusted
 from workers.storage.shipped_models import shipped_model
 
 POWERS = (1.0, 0.7, 0.5, 0.35, 0.25)
@@ -28,11 +29,14 @@ def parts_of_views(model: Model, shapes: BankShapes) -> FloatArray:
     """What each view adds to the distance from every query to every reference, (v, q, g)."""
     found = np.empty((len(model.views), len(shapes.queries), len(shapes.references)))
     for number, view in enumerate(model.views):
-        channels = tuple(channel for channel in model.scanned if channel.view == view.name)
-        part = replace(model, views=(view,), channels=channels)
-        seen = of_channels(shapes, model, part)
-        for query, row in enumerate(seen.queries):
-            found[number, query] = distances(row, seen.references, part)
+        names = [channel.name for channel in model.scanned if channel.view == view.name]
+        for query, row in enumerate(shapes.queries):
+            counting = trusted(row, model)
+            channels = tuple(channel for channel in counting.scanned if channel.name in names)
+            part = replace(model, views=(view,), channels=channels)
+            if query == 0:
+                seen = of_channels(shapes, model, part)
+            found[number, query] = distances(seen.queries[query], seen.references, part)
     return found
 
 

@@ -27,16 +27,18 @@ def trust(descriptors: Float32Array | FloatArray, model: Model) -> FloatArray:
 
     Returns
     -------
-    (q, c) float64; 1 where a channel's view has no roughness.
+    (q, c) float64; 1 where a channel's view has no roughness, or no other view could count for it.
     """
     shares = np.ones((len(descriptors), len(model.channels)))
-    for channel in model.channels:
-        if channel.is_of_roughness:
-            clean, ruined = channel.levels or (0.0, 1.0)
-            found = np.asarray(descriptors[:, model.slices[channel.name].start], dtype=np.float64)
-            of_view = np.array([other.view == channel.view for other in model.channels])
-            left = np.clip((ruined - found) / (ruined - clean), 0.0, 1.0)  # (q,)
-            shares[:, of_view] = left[:, None]
+    rough = {channel.view: channel for channel in model.channels if channel.is_of_roughness}
+    if all(channel.view in rough for channel in model.scanned):
+        return shares
+    for view, channel in rough.items():
+        clean, ruined = channel.levels or (0.0, 1.0)
+        found = np.asarray(descriptors[:, model.slices[channel.name].start], dtype=np.float64)
+        of_view = np.array([other.view == view for other in model.channels])  # (c,)
+        left = np.clip((ruined - found) / (ruined - clean), 0.0, 1.0)  # (q,)
+        shares[:, of_view] = left[:, None]
     return shares
 
 
