@@ -90,7 +90,9 @@ def even(shapes: BankShapes, candidates: Model) -> Model:
     """Model of all candidates that tell anything, with even weights."""
     scales = typical_scales(shapes, dissimilarities(shapes, candidates))
     channels = tuple(
-        replace(
+        channel
+        if channel.is_of_roughness
+        else replace(
             channel, scale=float(scale), weight=WEIGHT_OF_POINTS if channel.is_of_points else 1.0
         )
         for channel, scale in zip(candidates.channels, scales, strict=True)

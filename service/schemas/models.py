@@ -89,7 +89,11 @@ class ViewAnswer(Answer):
 
 
 class Fusion(Answer):
-    """Distance = sum over channels of weight * (dissimilarity / scale) ** power."""
+    """Distance = sum over channels of weight * (dissimilarity / scale) ** power.
+
+    Where a channel of `roughness` finds a query rough, the channels of its view weigh less, and
+    the others as much more.
+    """
 
     power: float
 

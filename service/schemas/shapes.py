@@ -195,5 +195,7 @@ def answer_axis(channel: Channel) -> DistributionAxis:
         return DistributionAxis(
             kind="times", values=[time * level for level in channel.levels or ()]
         )
+    if channel.is_of_roughness:
+        return DistributionAxis(kind="index", values=[1.0])
     kind: Literal["levels", "index"] = "index" if channel.kernel is None else "levels"
     return DistributionAxis(kind=kind, values=list(channel.levels or ()))

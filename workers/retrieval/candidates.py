@@ -37,10 +37,8 @@ LEADING_EIGENVALUES = 15
 POINTS_TIME = 0.0005  # of a surface of area 1
 POINTS_TIMES = (1.0, 1.69, 2.856, 4.827, 8.157, 13.786, 23.298)  # a factor 1.69 apart
 POINTS_SAMPLES = 64
-ROUGH = (
-    0.35,
-    0.7,
-)  # clean shapes are below the first, those with noise of an edge above the second
+ROUGH = (0.35, 0.7)
+"""Clean shapes are below the first, those with noise as large as an edge above the second."""
 
 
 def candidate_model(views: Sequence[View], *, power: float) -> Model:

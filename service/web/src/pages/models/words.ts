@@ -116,6 +116,10 @@ export function featureName(channel: Channel & Details): string {
       return levels?.length ? `eigenvalues ${levels[0]} to ${levels.at(-1)}, as logarithms` : "eigenvalues";
     case "area":
       return "logarithm of the surface's area";
+    case "roughness":
+      return levels?.length
+        ? `how rough a query is: from ${levels[0]} on its view counts less, from ${levels.at(-1)} on not at all`
+        : "how rough a query is";
     default:
       return feature;
   }
