@@ -137,7 +137,7 @@ def ablation(
 
 def impostor_distances(terms: RankingTerms, weights: FloatArray) -> FloatArray:
     """Distances from every query to all that are not its own, (i,)."""
-    fused = terms.even_distances(weights)
+    fused = terms.trusted_distances(weights)
     fused[np.arange(len(fused)), terms.truth] = np.inf
     found: FloatArray = fused[np.isfinite(fused)]
     return found

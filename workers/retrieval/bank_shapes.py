@@ -129,7 +129,7 @@ def ranking_terms(
     *,
     power: float,
 ) -> RankingTerms:
-    """(D/s)^p of the channels with a scale above 0, in their order, as far as they are trusted.
+    """(D/s)^p of the channels with a scale above 0, in their order, and how each is trusted.
 
     Channels that are scanned are alike; points are of another kind, and few.
 
@@ -147,7 +147,6 @@ def ranking_terms(
     per_channel: Float32Array = scales[useful, None, None].astype(np.float32)
     terms: Float32Array = np.power(found[useful] / per_channel, np.float32(power))
     shares: Float32Array = trust(shapes.queries, candidates)[:, useful].T.astype(np.float32)
-    terms *= shares[:, :, None]
     scanned = np.array([not channel.is_of_points for channel in candidates.channels])
     return RankingTerms(
         terms,
