@@ -11,7 +11,8 @@ const OTHER = "metadata";
 interface Props {
   tests: readonly Test[];
   shapes: readonly Shape[];
-  set: (tests: Test[]) => void;
+  /** From the tests that are asked with by now, which may be others than those drawn. */
+  set: (changed: (now: readonly Test[]) => Test[]) => void;
 }
 
 export function FilterRow(props: Props) {
@@ -24,7 +25,7 @@ export function FilterRow(props: Props) {
           type="button"
           class="chip"
           aria-label={`Search without the filter ${wordsOf(test)}`}
-          onClick={() => set(tests.filter((_, other) => other !== place))}
+          onClick={() => set((now) => now.filter((other) => wordsOf(other) !== wordsOf(test)))}
         >
           {wordsOf(test)} <span aria-hidden="true">✕</span>
         </button>
@@ -34,7 +35,7 @@ export function FilterRow(props: Props) {
   );
 }
 
-function OneMore({ tests, shapes, set }: Props) {
+function OneMore({ shapes, set }: Props) {
   const [field, setField] = useState<string>("label");
   const [key, setKey] = useState("");
   const [how, setHow] = useState<How>("is");
@@ -44,7 +45,8 @@ function OneMore({ tests, shapes, set }: Props) {
   const add = (event: Event) => {
     event.preventDefault();
     if (!isWhole) return;
-    set([...tests, { field: named, how, value: value.trim() }]);
+    const test = { field: named, how, value: value.trim() };
+    set((now) => [...now, test]);
     setValue("");
   };
   return (

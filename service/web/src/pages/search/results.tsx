@@ -17,7 +17,7 @@ interface Props {
   chosen: string | null;
   choose: (shape: string) => void;
   narrowing: Narrowing;
-  narrow: (changed: Partial<Narrowing>) => void;
+  narrow: (changed: (now: Narrowing) => Partial<Narrowing>) => void;
   send: (file: File) => void;
 }
 
@@ -34,7 +34,7 @@ export function Results(props: Props) {
         <FilterRow
           tests={props.narrowing.tests}
           shapes={result.matches.map((match) => match.shape)}
-          set={(tests) => props.narrow({ tests })}
+          set={(changed) => props.narrow(({ tests }) => ({ tests: changed(tests) }))}
         />
       </div>
       <p class="quiet" role="status">
@@ -44,7 +44,7 @@ export function Results(props: Props) {
       {shown.length === 0 ? (
         <Empty title="Nothing passes the filters">
           <p>
-            <button type="button" onClick={() => props.narrow({ tests: [] })}>
+            <button type="button" onClick={() => props.narrow(() => ({ tests: [] }))}>
               Search without filters
             </button>
           </p>
@@ -109,7 +109,7 @@ function ModelChoice({ narrowing, narrow }: Props) {
   return (
     <Field label="Model">
       {(id) => (
-        <select id={id} value={narrowing.model ?? ""} onChange={(event) => narrow({ model: event.currentTarget.value || null })}>
+        <select id={id} value={narrowing.model ?? ""} onChange={({ currentTarget: { value } }) => narrow(() => ({ model: value || null }))}>
           <option value="">the collection's own</option>
           {ready.map((model) => (
             <option key={model.name} value={model.name}>

@@ -86,10 +86,13 @@ function Search(props: { collections: Collection[] }) {
   const isBusy = asking.isBusy || found.isLoading;
   const waits = stage !== null && isBusy;
 
+  const wanted = useRef(narrowing); // ahead of the address until a mesh that is sent again has its answer
+  if (!isBusy) wanted.current = narrowing;
   /** Other filters: a stored shape is asked with again, a mesh has to be sent again. */
-  const narrow = async (changed: Partial<Narrowing>) => {
-    if (subject?.kind !== "query") return change({ ...addressOf({ ...narrowing, ...changed }), match: null });
-    await asking.again(subject.id, name, { ...narrowing, ...changed });
+  const narrow = async (changed: (now: Narrowing) => Partial<Narrowing>) => {
+    wanted.current = { ...wanted.current, ...changed(wanted.current) };
+    if (subject?.kind !== "query") return change({ ...addressOf(wanted.current), match: null });
+    await asking.again(subject.id, name, wanted.current);
   };
   const move = async (collection: string) => {
     if (subject?.kind === "query") return asking.again(subject.id, collection, { ...narrowing, model: null });
@@ -180,7 +183,7 @@ function useAsking(collection: string, narrowing: Narrowing, tell: (stage: Stage
 interface AnswerProps extends Found {
   isOlder: boolean;
   narrowing: Narrowing;
-  narrow: (changed: Partial<Narrowing>) => void;
+  narrow: (changed: (now: Narrowing) => Partial<Narrowing>) => void;
   send: (file: File) => void;
 }
 
