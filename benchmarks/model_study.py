@@ -3,11 +3,13 @@
 ``python -m benchmarks.model_study --benchmark bench`` prints the rows of the shipped model, of the
 channels of each of its views alone, and of every ``--other FILE`` (a ``proteus.json``, such as
 ``git show REVISION:workers/storage/shipped/proteus.json`` gives) with the 95 per cent interval of a
-paired bootstrap over shapes; then the copies that do not come first, with their strength and rank.
+paired bootstrap over shapes; then the copies that do not come first, with their strength and rank,
+and how rough the shapes as they are and the copies of each transformation and strength are.
 """
 
 import argparse
 import json
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -36,6 +38,24 @@ def missed(scores: FloatArray, shapes: BankShapes) -> dict[str, list[str]]:
     return found
 
 
+def ranges_of_roughness(shapes: BankShapes, model: Model) -> dict[str, str]:
+    """Least and greatest roughness of the references, and of the copies by their transformation."""
+    channel = next(channel for channel in model.channels if channel.is_of_roughness)
+    column = model.slices[channel.name].start
+    of_copies: dict[str, dict[int, list[float]]] = {}
+    rough = shapes.queries[:, column].tolist()
+    for name, strength, value in zip(shapes.transformations, shapes.strengths, rough, strict=True):
+        of_copies.setdefault(name, {}).setdefault(strength, []).append(value)
+    told = {"as they are": _range(shapes.references[:, column].tolist())}
+    for name, by_strength in of_copies.items():
+        told[name] = ", ".join(_range(by_strength[strength]) for strength in sorted(by_strength))
+    return told
+
+
+def _range(values: Sequence[float]) -> str:
+    return f"{min(values):.2f} to {max(values):.2f}"
+
+
 def main() -> None:
     """Describe, measure each model, and print."""
     parser = argparse.ArgumentParser(description=__doc__)
@@ -48,15 +68,19 @@ def main() -> None:
     models = {"proteus": shipped}
     models |= {f"{view.name} alone": of_view(shipped, view.name) for view in shipped.views}
     models |= {str(path): Model.from_json(json.loads(path.read_text())) for path in asked.other}
-    found = {}
+    found, shapes_of = {}, {}
     for name, model in models.items():
         candidates = candidate_model(model.views, power=model.fusion_power)
         every = described(asked.benchmark, candidates, asked.processes, asked.solutions)
-        shapes = of_channels(every, candidates, model)
-        found[name] = scores_of(model, shapes)
-    show_rows(found, {name: len(model.channels) for name, model in models.items()}, shapes)
-    for transformation, copies in missed(found["proteus"], shapes).items():
+        shapes_of[name] = of_channels(every, candidates, model)
+        found[name] = scores_of(model, shapes_of[name])
+    counts = {name: len(model.channels) for name, model in models.items()}
+    show_rows(found, counts, shapes_of["proteus"])
+    for transformation, copies in missed(found["proteus"], shapes_of["proteus"]).items():
         CONSOLE.print(f"{transformation}: {', '.join(copies)}", soft_wrap=True)
+    CONSOLE.print("roughness, by strength:")
+    for name, told in ranges_of_roughness(shapes_of["proteus"], shipped).items():
+        CONSOLE.print(f"{name}: {told}", soft_wrap=True)
 
 
 if __name__ == "__main__":

@@ -1,9 +1,11 @@
 """Made-up descriptors of shapes and copies, under channels that tell them apart or do not."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 
+from workers.geometry.arrays import FloatArray
 from workers.geometry.preparation import default_view
 from workers.retrieval.bank_shapes import BankShapes
 from workers.retrieval.candidates import candidate_model
@@ -32,13 +34,21 @@ def bank_shapes(
     truth = np.repeat(np.arange(n), 4)
     changes = rng.normal(size=(len(truth), d))
     queries = np.where(kept, references[truth] + noise * changes, changes)
+    return of_copies(references, queries, ("noise", "holes") * (len(truth) // 2), members=members)
+
+
+def of_copies(
+    references: FloatArray, queries: FloatArray, transformations: Sequence[str], *, members: int
+) -> BankShapes:
+    """Shapes in groups of so many, and as many copies of each one after another."""
+    n, each = len(references), len(queries) // len(references)
     return BankShapes(
         references=references.astype(np.float32),
         groups=tuple(f"group {i // members}" for i in range(n)),
         names=tuple(f"shape {i}" for i in range(n)),
         lenient=(False,) * n,
         queries=queries.astype(np.float32),
-        truth=truth,
-        transformations=("noise", "holes") * (len(truth) // 2),
-        strengths=(1, 1, 3, 3) * n,
+        truth=np.repeat(np.arange(n), each),
+        transformations=tuple(transformations),
+        strengths=tuple((1, 1, 3, 3)[copy % 4] for copy in range(len(queries))),
     )

@@ -7,6 +7,7 @@ import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
 from tests.meshes import bumpy_sphere
+from tests.retrieval.banks import of_copies
 from workers.errors import InvalidRequestError
 from workers.geometry.arrays import Float32Array
 from workers.geometry.mesh import TriangleMesh
@@ -212,16 +213,8 @@ def half_ruined(candidates: Model) -> BankShapes:
             queries[:, part] = np.where(
                 rough[:, None], changes[:, part], queries[:, part] - 0.6 * changes[:, part]
             )
-    return BankShapes(
-        references=references.astype(np.float32),
-        groups=tuple(f"group {i // 3}" for i in range(n)),
-        names=tuple(f"shape {i}" for i in range(n)),
-        lenient=(False,) * n,
-        queries=queries.astype(np.float32),
-        truth=truth,
-        transformations=tuple("noise" if ruined else "holes" for ruined in rough),
-        strengths=(1,) * len(truth),
-    )
+    copies = ["noise" if ruined else "holes" for ruined in rough]
+    return of_copies(references, queries, copies, members=3)
 
 
 def test_a_bank_knows_what_its_views_are_worth() -> None:
