@@ -12,7 +12,7 @@ from workers.errors import InsufficientTrainingDataError, InvalidRequestError
 from workers.retrieval.bank import BankOptions, TrainedBank, held_out_queries, train_bank
 from workers.retrieval.bank_shapes import BankShapes, dissimilarities, ranking_terms, typical_scales
 from workers.retrieval.calibration import IMPOSTOR_SHARES, impostor_quantiles, impostor_share
-from workers.retrieval.elimination import choose, eliminate
+from workers.retrieval.elimination import Stage, choose, eliminate
 from workers.retrieval.model import Model
 from workers.retrieval.scan import distances, similarity
 
@@ -77,7 +77,7 @@ def test_a_bank_survives_json() -> None:
 
 
 def test_the_report_tells_what_was_held_out_and_what_each_channel_gives() -> None:
-    report = trained(bank_shapes(telling=(1, 4))).report
+    report = trained(bank_shapes(telling=(1, 4), noise=0.8)).report
     assert report["held_out_groups"] == ["group 3", "group 7"]
     assert set(report["rows"]) == {"training", "held_out"}
     assert set(report["rows"]["held_out"]["map"]) == {"noise", "holes"}
@@ -170,11 +170,26 @@ def test_elimination_goes_down_to_four_channels_and_says_so() -> None:
     assert sizes == sorted(sizes, reverse=True)
     assert sizes[-1] == 4
     assert told[-1] == (4, 4)
-    broadest = choose(stages, most=99, tolerance=1e9)
+    broadest = choose(stages, most=99, share=1e9, least_nats=0.0)
     assert len(broadest.channels) == sizes[0]
-    assert len(choose(stages, most=4, tolerance=1e9).channels) == 4
-    best = choose(stages, most=99, tolerance=0.0)
+    assert len(choose(stages, most=4, share=1e9, least_nats=0.0).channels) == 4
+    best = choose(stages, most=99, share=0.0, least_nats=0.0)
     assert best.loss == min(stage.loss for stage in stages)
+
+
+def test_the_broadest_bank_is_taken_of_those_that_chance_may_have_put_in_order() -> None:
+    def channels_of(losses: list[float]) -> int:
+        sizes = range(len(losses) + 3, 3, -1)
+        stages = [
+            Stage(np.arange(size), np.ones(size), loss)
+            for size, loss in zip(sizes, losses, strict=True)
+        ]
+        return len(choose(stages, most=99, share=0.03, least_nats=0.01).channels)
+
+    assert channels_of([0.5000, 0.4120, 0.4000, 0.4500]) == 6  # within 3 %
+    assert channels_of([0.4200, 0.4125, 0.4000, 0.4500]) == 5
+    assert channels_of([0.0200, 0.0130, 0.0040, 0.0080]) == 6  # within a hundredth of a nat
+    assert channels_of([0.0130, 0.0130, 0.0040, 0.0080]) == 7
 
 
 def test_the_share_of_impostors_is_what_was_counted() -> None:

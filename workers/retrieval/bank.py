@@ -21,12 +21,13 @@ from workers.retrieval.elimination import choose, eliminate
 from workers.retrieval.model import Model
 from workers.retrieval.ranking_loss import learn_weights
 
-BANK_VERSION = "3"
+BANK_VERSION = "4"
 """Part of a bank's versions: raised when the same descriptors give another bank."""
 
 POWER = 0.25  # the sum stays a metric, and one channel that fails does not drown the others
 MOST_CHANNELS = 100
-TOLERANCE = 0.03  # share of the validation loss that a broader bank may cost
+TOLERATED_SHARE = 0.03  # of the validation loss, that a broader bank may cost
+TOLERATED_NATS = 0.01  # what it may cost in any case: one per cent of a probability of 1
 VALIDATION_SHARE = 0.25  # of the groups
 FEWEST_GROUPS = 4  # with fewer nothing is held out
 
@@ -115,7 +116,7 @@ def train_bank(
     training = terms.queries(np.flatnonzero(~held_out))
     validation = terms.queries(np.flatnonzero(held_out)) if held_out.any() else training
     stages = eliminate(training, validation, progress=progress)
-    stage = choose(stages, most=options.channels, tolerance=TOLERANCE)
+    stage = choose(stages, most=options.channels, share=TOLERATED_SHARE, least_nats=TOLERATED_NATS)
     chosen = terms.channels(stage.channels)
     weights = rounded_weights(learn_weights(chosen, stage.weights))
     model = _bank(name, candidates, options, weights, scales, useful[stage.channels])

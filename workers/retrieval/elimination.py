@@ -79,23 +79,26 @@ def eliminate(
         left, weights = left[kept], weights[kept] * (weights.sum() / weights[kept].sum())
 
 
-def choose(stages: list[Stage], *, most: int, tolerance: float) -> Stage:
-    """Return the largest bank of at most so many channels whose loss is within a tolerance.
+def choose(stages: list[Stage], *, most: int, share: float, least_nats: float) -> Stage:
+    """Return the largest bank of at most so many channels whose loss is about the least.
 
     On shapes that are like those learned from a few channels do as well as many; on others many do
-    better.
+    better. Where there are few queries, or easy ones, all losses are next to nothing, and a share
+    of the least would tell apart what chance made.
 
     Parameters
     ----------
     stages : list of Stage
     most : int
         Channels; at least as many as the smallest stage has.
-    tolerance : float
-        Share of the least loss of the stages that are small enough.
+    share, least_nats : float
+        How much more than the least of the stages that are small enough it may be: this share of
+        it, and at least so much; in nats, as losses are.
     """
     small = [stage for stage in stages if len(stage.channels) <= most] or stages[-1:]
     least = min(stage.loss for stage in small)
-    return next(stage for stage in small if stage.loss <= (1.0 + tolerance) * least)
+    enough = least + max(share * least, least_nats)
+    return next(stage for stage in small if stage.loss <= enough)
 
 
 def _least_missed(terms: RankingTerms, weights: FloatArray) -> int:
