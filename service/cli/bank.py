@@ -66,7 +66,7 @@ def similarity_table(similarity: list[Document]) -> Table:
 
 
 def _figure(value: Any) -> str:
-    return "-" if value is None else f"{value:.1f}"
+    return "-" if value is None else f"{round(value, 1) + 0.0:.1f}"  # no -0.0
 
 
 def _interval(ends: list[float] | None) -> str:

@@ -7,7 +7,7 @@ from rich.table import Table
 
 from service.cli.connection import Session, connected
 from service.cli.console import cell, facts_table, make_table, state_cell
-from service.cli.training import train
+from service.cli.training import Method, show_training, train
 from service.cli.waiting import demand_success, errors_table, wait_for_job
 from service.client import Document
 
@@ -38,11 +38,26 @@ def list_models(session: Session) -> None:
 @app.command("show")
 @connected
 def show_model(session: Session, name: NameArgument) -> None:
-    """Show one model and its channels."""
+    """Show one model and its channels, and what its training found."""
     found = session.client.get(f"/v1/models/{name}")
-    session.output.show(found, facts_table(found, leave_out=["channels", "kernels"]))
-    if not session.output.as_json:
+    facts = {**found, "views": [_steps(view) for view in found["views"]]}
+    hidden = ["channels", "kernels", "training"]
+    session.output.show(found, facts_table(facts, leave_out=hidden))
+    if session.output.as_json:
+        return
+    if not (found["method"] == Method.BANK and found["training"]):
         session.output.console.print(_channels_table(found["channels"]))
+    show_training(session.output, found)
+
+
+def _steps(view: Document) -> str:
+    """Return a view in one line: its steps, and how many eigenpairs are taken of what they make."""
+    steps = []
+    for step in view["steps"]:
+        numbers = ", ".join(f"{name} {value:g}" for name, value in step["parameters"].items())
+        steps.append(f"{step['name']} ({numbers})" if numbers else step["name"])
+    steps.append(f"{view['eigenpairs']} eigenpairs")
+    return f"{view['name']}: {', '.join(steps)}"
 
 
 def _channels_table(channels: list[Document]) -> Table:

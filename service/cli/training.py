@@ -5,25 +5,15 @@ from enum import StrEnum
 from typing import Annotated, Any
 
 import typer
-from rich.table import Table
 
 from service.cli.bank import show_bank
 from service.cli.connection import Session, connected
-from service.cli.console import CommandError, Output, cell, facts_table, make_table
+from service.cli.console import CommandError, Output, cell
+from service.cli.kernel import show_kernel
 from service.cli.waiting import demand_success, errors_table, wait_for_job
 from service.client import Document
 
 PAPER = "paper"
-KERNELS = {"learned": "learned", "commute-time": "commute time", "heat": "heat, best time"}
-FIGURES = {
-    "heat_time": "best heat time t*",
-    "slope": "slope of ln K² on ln λ",
-    "trained_range": "eigenvalues learned from",
-    "unit": "unit of eigenvalues",
-    "n_pairs": "pairs learned from",
-    "n_held_out_pairs": "pairs held out",
-    "n_failed_pairs": "pairs that failed",
-}
 
 
 class Method(StrEnum):
@@ -150,29 +140,18 @@ def _show(session: Session, name: str, job: Document) -> None:
     output.console.print(f"[bold]{cell(name)}[/] is {found['state']}")
     if found["state"] != "ready":
         output.say(f"watch it: [bold]proteus jobs watch {job['id']}[/]")
-    elif found["method"] == Method.BANK:
-        show_bank(output, found)
-    elif found["training"]:
-        _show_kernel(output, found["training"])
+    else:
+        show_training(output, found)
     if job["errors"]:
         unit = job["progress"]["unit"]
         output.console.print(errors_table(job["errors"], title=f"{unit} that failed"))
 
 
-def _show_kernel(output: Output, report: Document) -> None:
-    """Show what the training of a kernel has to say."""
-    low, high = report["trained_range"]
-    told = {**report, "trained_range": f"{low:.4g} to {high:.4g}"}
-    output.console.print(facts_table({FIGURES[key]: told.get(key) for key in FIGURES}))
-    output.console.print(criteria_table(report["criterion"]))
-
-
-def criteria_table(criterion: Document) -> Table:
-    """Return the criterion of eq. (7), positives by negatives, of the learned and other kernels."""
-    columns = ("classes learned from", "classes held out")
-    title = "what transformations change, by what tells shapes apart"
-    table = make_table("kernel", *columns, title=title, numbers=columns)
-    held_out = criterion["held-out"] or {}
-    for key, shown in KERNELS.items():
-        table.add_row(shown, cell(criterion["training"].get(key)), cell(held_out.get(key)))
-    return table
+def show_training(output: Output, model: Document) -> None:
+    """Show what a model's training found; nothing of one that was made and not trained."""
+    if not model["training"]:
+        return
+    if model["method"] == Method.BANK:
+        show_bank(output, model)
+    else:
+        show_kernel(output, model["training"])

@@ -238,6 +238,13 @@ class FakeService:
 
 MODEL: Document = {
     "name": "heat", "method": "heat", "state": "ready", "parameters": {"time": 0.15},
+    "views": [{
+        "name": "closed", "eigenpairs": 100,
+        "steps": [
+            {"name": "cap-holes", "parameters": {"longest": 50.0}},
+            {"name": "smooth", "parameters": {"time": 0.0003, "steps": 3.0}},
+        ],
+    }],
     "channels": [{
         "name": "heat", "view": "closed", "kernel": {}, "feature": "distance-distribution",
         "normalisation": "none", "edges": [0, 1], "dissimilarity": "l1", "scale": 1.0,

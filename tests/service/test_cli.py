@@ -141,7 +141,9 @@ def test_job_is_cancelled_and_retried(run: Run, fake: FakeService) -> None:
 def test_models_are_listed_shown_and_activated(run: Run, fake: FakeService) -> None:
     run("collections", "create", "default")
     assert "heat" in run("models", "list").stdout
-    assert "distance-distribution" in run("models", "show", "heat").stdout
+    shown = run("models", "show", "heat").stdout
+    assert "distance-distribution" in shown
+    assert "closed: cap-holes (longest 50), smooth (time 0.0003, steps 3), 100 eigenpairs" in shown
     result = run("models", "activate", "commute-time", "--json")
     assert json.loads(result.stdout)["state"] == "succeeded"
     assert fake.collections["default"]["model"] == "commute-time"
@@ -166,8 +168,9 @@ def test_a_model_is_trained_and_its_figures_are_shown(run: Run, fake: FakeServic
         },
     }  # fmt: skip
     assert result.exit_code == 0
-    for figure in ("0.011", "0.022", "0.066", "0.217", "-1.15", "1 to 230", "ready"):
-        assert figure in result.stdout
+    for text in (result.stdout, run("models", "show", "mine").stdout):
+        for figure in ("0.011", "0.022", "0.066", "0.217", "-1.15", "1 to 230", "ready"):
+            assert figure in text
 
 
 def test_what_is_not_said_of_a_training_is_the_papers(run: Run, fake: FakeService) -> None:
