@@ -1,7 +1,8 @@
 """What the model `proteus` finds on a benchmark beside other models, and which copies it misses.
 
 ``python -m benchmarks.model_study --benchmark bench`` prints the rows of the shipped model, of the
-channels of each of its views alone, and of every ``--other FILE`` (a ``proteus.json``, such as
+channels of each of its views alone, of it with points that weigh ``--points`` times as much, and of
+every ``--other FILE`` (a ``proteus.json``, such as
 ``git show REVISION:workers/storage/shipped/proteus.json`` gives) with the 95 per cent interval of a
 paired bootstrap over shapes; then the copies that do not come first, with their strength and rank,
 and how rough the shapes as they are and the copies of each transformation and strength are.
@@ -24,6 +25,15 @@ from workers.storage.shipped_models import shipped_model
 def of_view(model: Model, view: str) -> Model:
     """Model of the channels of one view alone."""
     channels = tuple(channel for channel in model.channels if channel.view == view)
+    return replace(model, channels=channels)
+
+
+def with_heavier_points(model: Model, factor: float) -> Model:
+    """Model whose channels of points weigh so many times as much."""
+    channels = tuple(
+        replace(channel, weight=factor * channel.weight) if channel.is_of_points else channel
+        for channel in model.channels
+    )
     return replace(model, channels=channels)
 
 
@@ -62,24 +72,27 @@ def main() -> None:
     parser.add_argument("--benchmark", type=Path, required=True)
     parser.add_argument("--solutions", type=Path, help="data directory with spectra")
     parser.add_argument("--processes", type=int, default=2)
+    parser.add_argument("--points", type=float, action="append", default=[], help="again for more")
     parser.add_argument("--other", type=Path, action="append", default=[], help="again for more")
     asked = parser.parse_args()
     shipped = shipped_model()
     models = {"proteus": shipped}
     models |= {f"{view.name} alone": of_view(shipped, view.name) for view in shipped.views}
+    models |= {f"points x {by:g}": with_heavier_points(shipped, by) for by in asked.points}
     models |= {str(path): Model.from_json(json.loads(path.read_text())) for path in asked.other}
-    found, shapes_of = {}, {}
+    found = {}
     for name, model in models.items():
         candidates = candidate_model(model.views, power=model.fusion_power)
         every = described(asked.benchmark, candidates, asked.processes, asked.solutions)
-        shapes_of[name] = of_channels(every, candidates, model)
-        found[name] = scores_of(model, shapes_of[name])
-    counts = {name: len(model.channels) for name, model in models.items()}
-    show_rows(found, counts, shapes_of["proteus"])
-    for transformation, copies in missed(found["proteus"], shapes_of["proteus"]).items():
+        shapes = of_channels(every, candidates, model)
+        found[name] = scores_of(model, shapes)
+        if model is shipped:
+            own = shapes
+    show_rows(found, {name: len(model.channels) for name, model in models.items()}, own)
+    for transformation, copies in missed(found["proteus"], own).items():
         CONSOLE.print(f"{transformation}: {', '.join(copies)}", soft_wrap=True)
     CONSOLE.print("roughness, by strength:")
-    for name, told in ranges_of_roughness(shapes_of["proteus"], shipped).items():
+    for name, told in ranges_of_roughness(own, shipped).items():
         CONSOLE.print(f"{name}: {told}", soft_wrap=True)
 
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from benchmarks.model_study import ranges_of_roughness
+from benchmarks.model_study import ranges_of_roughness, with_heavier_points
 from tests.retrieval.banks import of_copies
 from workers.geometry.preparation import named_view
 from workers.retrieval.candidates import candidate_model
@@ -21,3 +21,10 @@ def test_roughness_is_told_by_transformation_and_strength() -> None:
         "noise": "0.31 to 0.50, 1.30 to 1.30",
         "holes": "0.05 to 0.06, 0.07 to 0.07",
     }
+
+
+def test_points_alone_weigh_more() -> None:
+    model = candidate_model([named_view("closed")], power=0.25)
+    pairs = zip(model.channels, with_heavier_points(model, 3.0).channels, strict=True)
+    factors = {one.is_of_points: other.weight / one.weight for one, other in pairs}
+    assert factors == {True: 3.0, False: 1.0}
