@@ -8,6 +8,7 @@ COPY requirements/page.txt requirements/
 RUN /opt/proteus/bin/python -m venv /opt/page \
  && /opt/page/bin/pip install --no-cache-dir --require-hashes -r requirements/runtime.txt -r requirements/page.txt
 COPY pyproject.toml README.md LICENSE ./
+COPY proteus proteus
 COPY service service
 COPY workers workers
 RUN /opt/page/bin/python -m service.web \

@@ -45,7 +45,7 @@ benchmark: $(VENV)/.dev ## measure side by side with peers
 	$(BIN)/python -m benchmarks
 
 train-default: $(VENV)/.runtime ## train the model that comes with Proteus anew (an hour or more; goes on where it was)
-	@$(BIN)/python -m service.default_model --data-dir $(TRAINING)
+	@$(BIN)/python -m benchmarks.default_model --data-dir $(TRAINING)
 
 lock: ## resolve the dependencies anew (needs uv on the PATH)
 	uv pip compile -q --universal --python-version 3.11 --generate-hashes --no-annotate --no-header \

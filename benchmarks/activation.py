@@ -16,7 +16,7 @@ from pathlib import Path
 from rich.console import Console
 from rich.progress import track
 
-from workers.geometry.creatures import SPECIES, make_creature
+from workers.creatures import SPECIES, make_creature
 from workers.geometry.formats import write
 from workers.logs import configure_logs
 from workers.pipeline.plans import ingest_part, plan_activation

@@ -22,8 +22,6 @@ from workers.pipeline.train_bank import bank_shapes, descriptors
 from workers.pipeline.training_parts import VARIANT, load_kept
 from workers.pipeline.training_variants import Variant
 from workers.pipeline.workbench import Workbench
-from workers.retrieval.bank import BankOptions, BankShapes, train_bank
-from workers.retrieval.candidates import is_resolved
 from workers.retrieval.channels import EIGENVALUES, Channel
 from workers.retrieval.model import Model
 from workers.settings import Settings
@@ -31,6 +29,8 @@ from workers.storage.blobs import BlobStore
 from workers.storage.database import Database
 from workers.storage.models import Part
 from workers.storage.parts import Failure
+from workers.training.bank import BankOptions, BankShapes, train_bank
+from workers.training.candidates import is_resolved
 
 BASE = "all together"
 FEW_EIGENPAIRS = 100  # of the views but "detailed"

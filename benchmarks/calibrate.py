@@ -20,9 +20,9 @@ import numpy as np
 from rich.console import Console
 from rich.progress import track
 
+from workers.creatures import SPECIES, make_creature
 from workers.geometry.arrays import BoolArray, Float32Array, FloatArray
 from workers.geometry.cleaning import clean
-from workers.geometry.creatures import SPECIES, make_creature
 from workers.geometry.mesh import TriangleMesh
 from workers.geometry.solution import solve
 from workers.retrieval.builtin import built_in_models

@@ -19,8 +19,8 @@ from rich.console import Console
 from rich.progress import track
 from rich.table import Table
 
+from workers.creatures import make_creature
 from workers.geometry.cleaning import clean
-from workers.geometry.creatures import make_creature
 from workers.geometry.formats import parse, write
 from workers.geometry.mesh import TriangleMesh
 from workers.geometry.preparation import prepare

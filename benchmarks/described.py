@@ -22,12 +22,12 @@ from workers.geometry.formats import parse
 from workers.geometry.solution import solve
 from workers.pipeline.naming import read_name
 from workers.pipeline.solve import solve_view
-from workers.retrieval.bank import BankShapes
 from workers.retrieval.bootstrap import difference, mean_of_rows
 from workers.retrieval.model import Model, describe
 from workers.retrieval.scan import distances, with_points
 from workers.settings import Settings
 from workers.storage.blobs import BlobStore
+from workers.training.bank import BankShapes
 
 CONSOLE = Console(width=220)
 PROGRESS = Console(stderr=True)

@@ -4,11 +4,11 @@ from pathlib import Path
 
 from PIL import Image
 
-from workers.geometry.creatures import Creature, make_creature
-from workers.geometry.creatures.figure import draw_species
-from workers.geometry.rendering import Picture, encode_png, render
-from workers.geometry.transformations import TRANSFORMATIONS, transform
-from workers.geometry.transformations.figure import draw_transformations
+from workers.creatures import Creature, make_creature
+from workers.creatures.figure import draw_species
+from workers.rendering.render import Picture, encode_png, render
+from workers.transformations import TRANSFORMATIONS, transform
+from workers.transformations.figure import draw_transformations
 
 ROOT = Path(__file__).parent.parent
 FIGURES = ROOT / "docs" / "figures"

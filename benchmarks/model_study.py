@@ -16,10 +16,10 @@ from pathlib import Path
 
 from benchmarks.described import CONSOLE, described, of_channels, scores_of, show_rows
 from workers.geometry.arrays import FloatArray
-from workers.retrieval.bank_shapes import BankShapes
-from workers.retrieval.candidates import candidate_model
 from workers.retrieval.model import Model
 from workers.storage.shipped_models import shipped_model
+from workers.training.bank_shapes import BankShapes
+from workers.training.candidates import candidate_model
 
 
 def of_view(model: Model, view: str) -> Model:

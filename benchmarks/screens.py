@@ -14,7 +14,7 @@ from PIL import Image
 from playwright.sync_api import Browser, Page
 
 from benchmarks.chromium import chromium
-from service.client import Client
+from proteus.client import Client
 
 FOLDER = Path(__file__).parent.parent / "docs" / "figures" / "page"
 WIDTHS = {1440: 1000, 390: 844}

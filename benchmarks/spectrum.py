@@ -17,7 +17,7 @@ from rich.table import Table
 from scipy import sparse
 from scipy.sparse.linalg import eigsh
 
-from workers.geometry.creatures import make_creature
+from workers.creatures import make_creature
 from workers.geometry.laplacian import mesh_laplacian
 from workers.geometry.mesh import TriangleMesh
 from workers.geometry.spectrum import compute_spectrum

@@ -22,7 +22,7 @@ from pathlib import Path
 
 import httpx
 
-from workers.geometry.creatures import SPECIES, make_creature
+from workers.creatures import SPECIES, make_creature
 from workers.geometry.formats import write
 
 COLLECTION = "survival"
@@ -73,7 +73,7 @@ def running_service(folder: Path) -> Iterator[tuple[str, int]]:
     with closing(socket.socket()) as probe:
         probe.bind(("127.0.0.1", 0))
         port = probe.getsockname()[1]
-    command = [sys.executable, "-m", "service.cli", "serve", "--port", str(port)]
+    command = [sys.executable, "-m", "proteus.cli", "serve", "--port", str(port)]
     command += ["--data-dir", str(folder)]
     with (folder / "serve.log").open("wb") as log:
         process = subprocess.Popen(command, stdout=log, stderr=log, stdin=subprocess.DEVNULL)

@@ -13,10 +13,10 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
+from workers.creatures import make_creature
+from workers.creatures.uneven import make_uneven_creature
 from workers.errors import ProteusError
 from workers.geometry.cleaning import clean
-from workers.geometry.creatures import make_creature
-from workers.geometry.creatures.uneven import make_uneven_creature
 from workers.geometry.formats import parse
 from workers.geometry.mesh import TriangleMesh
 

@@ -14,13 +14,13 @@ import numpy as np
 from benchmarks.described import described, of_channels, show_rows
 from workers.geometry.arrays import FloatArray
 from workers.geometry.preparation import named_view
-from workers.retrieval.bank import POWER
-from workers.retrieval.bank_shapes import BankShapes
-from workers.retrieval.candidates import candidate_model
 from workers.retrieval.model import Model
 from workers.retrieval.scan import distances, with_points
 from workers.retrieval.trust import trusted
 from workers.storage.shipped_models import shipped_model
+from workers.training.bank import POWER
+from workers.training.bank_shapes import BankShapes
+from workers.training.candidates import candidate_model
 
 POWERS = (1.0, 0.7, 0.5, 0.35, 0.25)
 

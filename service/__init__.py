@@ -1,4 +1,4 @@
-"""The HTTP door of Proteus: API, search index, command line and supervisor."""
+"""The HTTP door of Proteus: API, search index, supervisor and page."""
 
 from workers.processor import compute_alike
 

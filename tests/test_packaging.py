@@ -29,7 +29,7 @@ def test_compose_has_every_process_and_waits_for_what_it_needs() -> None:
 
 @pytest.mark.parametrize("name", OURS)
 def test_compose_commands_are_commands_of_the_program(name: str) -> None:
-    command = [sys.executable, "-m", "service.cli", *OURS[name]["command"], "--help"]
+    command = [sys.executable, "-m", "proteus.cli", *OURS[name]["command"], "--help"]
     done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
 
@@ -51,7 +51,9 @@ def test_the_image_copies_what_there_is_and_serves_as_a_user_without_rights() ->
     for source in " ".join(sources).split():
         assert f"!{source.split('/')[0]}" in allowed, source
     built = DOCKERFILE.index("-m service.web")  # makes creatures for the demo archive
-    assert max(DOCKERFILE.index(f"COPY {name}") for name in ("service", "workers")) < built
+    assert (
+        max(DOCKERFILE.index(f"COPY {name}") for name in ("proteus", "service", "workers")) < built
+    )
     assert re.search(r"^USER proteus$", DOCKERFILE, flags=re.MULTILINE)
     program = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["scripts"]
     assert list(program) == ["proteus"]

@@ -22,7 +22,7 @@ needs_avx2 = pytest.mark.skipif(not HAS_AVX2, reason="no x86-64 processor with A
 ANSWER = """
 import workers  # whatever else the process does, it begins with this
 import hashlib
-from workers.geometry.creatures import make_creature
+from workers.creatures import make_creature
 from workers.geometry.preparation import named_view
 from workers.geometry.solution import solve
 

@@ -17,13 +17,13 @@ from service.schemas.collections import CollectionName
 from service.schemas.jobs import JOB_EXAMPLE, JobAnswer
 from service.schemas.models import MODEL_EXAMPLE, ModelAnswer
 from service.schemas.text import Answer, Body, Text
-from workers.diffusion.learning_options import LearningOptions
 from workers.geometry.preparation import VIEW_NAMES
-from workers.geometry.transformations import STRENGTHS, TRANSFORMATIONS
 from workers.pipeline.bank_plan import DEFAULT_CREATURES
 from workers.pipeline.training_plan import MOST_CREATURES, MOST_SHAPES, TrainingRequest
-from workers.retrieval.bank import MOST_CHANNELS, POWER
 from workers.retrieval.builtin import HEAT_TIME, SHAPE_DNA_EIGENVALUES
+from workers.training.bank import MOST_CHANNELS, POWER
+from workers.training.learning_options import LearningOptions
+from workers.transformations import STRENGTHS, TRANSFORMATIONS
 
 DEFAULTS = LearningOptions()
 DEFAULT_VIEWS = ("detailed", "smooth")

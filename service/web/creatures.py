@@ -3,7 +3,7 @@
 import zipfile
 from pathlib import Path
 
-from workers.geometry.creatures import CREATURES_VERSION, SPECIES, make_creature
+from workers.creatures import CREATURES_VERSION, SPECIES, make_creature
 from workers.geometry.formats import write
 
 NAME = "demo.zip"

@@ -16,14 +16,14 @@ from playwright.sync_api import (
     sync_playwright,
 )
 
-from service.cli.embedded import EmbeddedService, service_for
-from service.client import Client
+from proteus.cli.embedded import EmbeddedService, service_for
+from proteus.client import Client
 from service.web.__main__ import is_built
 from tests.servers import unavailable
-from workers.geometry.creatures import make_creature
+from workers.creatures import make_creature
 from workers.geometry.formats import write
-from workers.geometry.transformations import transform
 from workers.settings import Settings, load_settings
+from workers.transformations import transform
 
 SPECIES = ("human", "horse", "octopus", "spider", "fish", "chair")
 ASKED = ("human", "octopus")

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import expect
 
-from service.cli.embedded import service_for
+from proteus.cli.embedded import service_for
 from tests.page.conftest import Seen
 from tests.page.test_search import matches
 from workers.settings import load_settings

@@ -7,7 +7,7 @@ from urllib.parse import urlsplit
 import pytest
 from playwright.sync_api import Page, expect
 
-from service.cli.embedded import service_for
+from proteus.cli.embedded import service_for
 from service.schemas.training import BankParameters
 from tests.page.conftest import Running, Seen
 from workers.settings import load_settings

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from tests.meshes import bumpy_sphere, renumbered, rotated, scaled
-from workers.geometry.creatures import make_creature
+from workers.creatures import make_creature
 from workers.geometry.formats import write
 from workers.geometry.mesh import TriangleMesh
 from workers.pipeline.solve import describe_mesh, read_mesh

@@ -25,7 +25,6 @@ from workers.geometry.arrays import IntArray
 from workers.geometry.solution import Solution
 from workers.pipeline import pair as pair_module
 from workers.pipeline import solve as solve_module
-from workers.pipeline.correspondence import CorrespondingPoints, Solved, corresponding_points
 from workers.pipeline.pair import learnt_from
 from workers.pipeline.plans import add_untrained
 from workers.pipeline.training_pairs import Pair
@@ -40,6 +39,7 @@ from workers.storage.migrate import migrate
 from workers.storage.models import Part
 from workers.storage.parts import Failure
 from workers.storage.trained_models import delete_model, load_model
+from workers.training.correspondence import CorrespondingPoints, Solved, corresponding_points
 
 N_PAIRS = 6
 

@@ -33,11 +33,11 @@ from workers.pipeline.training_plan import TrainingRequest
 from workers.pipeline.training_variants import Variant
 from workers.pipeline.work import run_part
 from workers.pipeline.workbench import Workbench
-from workers.retrieval.candidates import candidate_model
 from workers.storage.jobs import cancel_job, retry_job
 from workers.storage.migrate import migrate
 from workers.storage.models import Part
 from workers.storage.trained_models import load_model
+from workers.training.candidates import candidate_model
 
 N_VARIANTS = 4 + 4 * 2
 CREATURES = TrainingRequest(transformations=("scale", "noise"), strengths=(2,), creatures=4)

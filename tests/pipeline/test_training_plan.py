@@ -11,6 +11,7 @@ import pytest
 
 from tests.meshes import bumpy_sphere
 from tests.pipeline.trainings import begin_training, definition, plan, small_bench, work
+from workers.creatures import SPECIES
 from workers.errors import (
     CollectionNotFoundError,
     InsufficientTrainingDataError,
@@ -18,7 +19,6 @@ from workers.errors import (
     ProteusError,
     ShapeNotReadyError,
 )
-from workers.geometry.creatures import SPECIES
 from workers.geometry.formats import write
 from workers.geometry.mesh import TriangleMesh
 from workers.pipeline.training_pairs import CreatureSource, Pair, Simulation

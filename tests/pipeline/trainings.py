@@ -7,7 +7,6 @@ from typing import Any
 
 from sqlalchemy import select
 
-from workers.diffusion.learning_options import LearningOptions
 from workers.geometry.preparation import default_view
 from workers.pipeline.bank_plan import plan_variants
 from workers.pipeline.plans import plan_training
@@ -23,6 +22,7 @@ from workers.storage.database import Database
 from workers.storage.jobs import get_job
 from workers.storage.models import Job, Part
 from workers.storage.trained_models import get_model
+from workers.training.learning_options import LearningOptions
 
 CREATURES = TrainingRequest(transformations=("scale", "noise"), strengths=(3,), shapes=3)
 

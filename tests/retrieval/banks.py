@@ -7,9 +7,9 @@ import numpy as np
 
 from workers.geometry.arrays import FloatArray
 from workers.geometry.preparation import default_view
-from workers.retrieval.bank_shapes import BankShapes
-from workers.retrieval.candidates import candidate_model
 from workers.retrieval.model import Model
+from workers.training.bank_shapes import BankShapes
+from workers.training.candidates import candidate_model
 
 N_CHANNELS = 8
 

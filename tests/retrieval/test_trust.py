@@ -15,15 +15,15 @@ from workers.geometry.preparation import named_view
 from workers.geometry.smoothing import roughness
 from workers.geometry.solution import Solution
 from workers.geometry.spectrum import compute_spectrum
-from workers.retrieval.bank import BankOptions, train_bank
-from workers.retrieval.bank_report import impostor_distances
-from workers.retrieval.bank_shapes import BankShapes, dissimilarities, ranking_terms
-from workers.retrieval.candidates import ROUGH, candidate_model
 from workers.retrieval.channels import EIGENVALUES, Channel, describe_channel
 from workers.retrieval.comparison import compare
 from workers.retrieval.model import Model
 from workers.retrieval.scan import distances, similarity, with_points
 from workers.retrieval.trust import trust, trusted
+from workers.training.bank import BankOptions, train_bank
+from workers.training.bank_report import impostor_distances
+from workers.training.bank_shapes import BankShapes, dissimilarities, ranking_terms
+from workers.training.candidates import ROUGH, candidate_model
 
 CANDIDATES = candidate_model([named_view("detailed"), named_view("smooth")], power=0.25)
 ROUGHNESS = next(channel for channel in CANDIDATES.channels if channel.is_of_roughness)

@@ -4,16 +4,11 @@ import hashlib
 import shutil
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack
-from functools import partial
 from pathlib import Path
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner
 
-from service.cli.program import app
-from service.client import Client
-from tests.service.fake_service import FakeService, Run
 from tests.service.running import (
     DIE,
     EGG,
@@ -113,20 +108,3 @@ def _solve(settings: Settings, *contents: bytes) -> None:
         read = read_mesh(blobs, sha256, filename="", settings=settings)
         describe_mesh(blobs, sha256, read.mesh, models)
         blobs.delete(mesh_key(sha256))
-
-
-@pytest.fixture
-def fake() -> FakeService:
-    """A service that answers the client from memory."""
-    return FakeService()
-
-
-@pytest.fixture
-def run(fake: FakeService, monkeypatch: pytest.MonkeyPatch) -> Run:
-    """The command line, which talks to it."""
-    monkeypatch.delenv("PROTEUS_URL", raising=False)
-    monkeypatch.setattr(
-        "service.cli.connection.Client", partial(Client, transport=fake.transport())
-    )
-    monkeypatch.setattr("service.client.time.sleep", lambda seconds: None)
-    return lambda *arguments: CliRunner().invoke(app, list(arguments))

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from tests.service.running import ZOO, Api
+from tests.service.running import EGG, ZOO, Api
 from workers.retrieval.builtin import built_in_models
 from workers.storage.models import TrainedModel
 from workers.storage.shipped_models import shipped_model
@@ -106,3 +106,22 @@ def test_a_model_in_training_has_no_channels_and_describes_nothing(zoo: Api) -> 
 @pytest.mark.parametrize("name", ["%00", "x" * 64, "a%2Fb", "%ff"])
 def test_names_that_are_none_are_not_found(api: Api, name: str) -> None:
     api.get(f"/v1/models/{name}", 404)
+
+
+def test_a_collection_can_be_moved_to_the_trained_model(zoo: Api) -> None:
+    """It is there from the start; a collection can be moved to it, and asked under it."""
+    models = {model["name"]: model for model in zoo.get("/v1/models")["items"]}
+    assert models["proteus"]["method"] == "bank"
+    assert len(models["proteus"]["kernels"]) >= 4
+    zoo.put("/v1/collections/zoo/model", json={"model": "proteus"})
+    zoo.work()
+    found = zoo.ask("zoo", shape_id=zoo.shape_ids[ZOO[0]])
+    assert found["model"] == "proteus"
+    assert found["matches"][0]["shape"]["name"] == ZOO[1]  # the same shape in another size
+    assert found["matches"][0]["similarity"] > 0.99
+    distances = [match["distance"] for match in found["matches"]]
+    assert distances == sorted(distances)
+    zoo.upload("zoo", {"late.off": EGG})
+    zoo.work()
+    first = zoo.ask_mesh("zoo", EGG)["matches"][0]  # its content is described already
+    assert (first["distance"], first["similarity"]) == (0.0, 1.0)

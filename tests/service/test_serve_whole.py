@@ -18,7 +18,7 @@ from service.supervisor.lock import holder_of
 STAND_INS = """
 import sys
 from service import serve
-from service.cli import main
+from proteus.cli import main
 
 PRINTS = "import os; print('migrated', os.environ['PROTEUS_DATABASE_URL'])"
 WORKS = '''

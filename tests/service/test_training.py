@@ -7,8 +7,8 @@ from numpy.testing import assert_allclose
 from tests.meshes import bumpy_sphere, cylinder
 from tests.service.running import EGG, GEM, ZOO, Api, Json, off
 from workers.diffusion.kernels import kernel_from_json
-from workers.geometry.transformations import TRANSFORMATIONS
 from workers.storage.models import Job, TrainedModel
+from workers.transformations import TRANSFORMATIONS
 
 ON_ZOO: Json = {"collection": "zoo", "transformations": ["noise"], "strengths": [2]}
 SPLINE: Json = {"name": "mine", "method": "spline", "training": ON_ZOO}

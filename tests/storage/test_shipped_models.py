@@ -7,21 +7,18 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from workers.errors import InvalidRequestError
-from workers.geometry.creatures import (
+from workers.creatures import (
     CREATURES_VERSION,
     TESTED_SPECIES,
     TRAINING_SPECIES,
     make_creature,
 )
+from workers.errors import InvalidRequestError
 from workers.geometry.preparation import PREPARATION_VERSION, named_view
 from workers.geometry.solution import solve
 from workers.geometry.spectrum import SOLVER_VERSION
-from workers.geometry.transformations import PAPER_TRANSFORMATIONS, TRANSFORMATION_VERSION
 from workers.pipeline.training_variants import VARIANT_VERSION
-from workers.retrieval.bank import BANK_VERSION
 from workers.retrieval.builtin import DESCRIPTION_VERSION
-from workers.retrieval.candidates import candidate_model
 from workers.retrieval.model import describe
 from workers.storage.shipped_models import (
     FOLDER,
@@ -30,6 +27,9 @@ from workers.storage.shipped_models import (
     shipped_views,
     write_shipped,
 )
+from workers.training.bank import BANK_VERSION
+from workers.training.candidates import candidate_model
+from workers.transformations import PAPER_TRANSFORMATIONS, TRANSFORMATION_VERSION
 
 
 def test_it_was_trained_by_the_code_that_is_here() -> None:

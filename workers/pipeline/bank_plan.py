@@ -5,8 +5,8 @@ from dataclasses import replace
 
 from sqlalchemy.orm import Session
 
+from workers.creatures import TRAINING_SPECIES
 from workers.errors import InsufficientTrainingDataError, InvalidRequestError
-from workers.geometry.creatures import TRAINING_SPECIES
 from workers.geometry.preparation import View
 from workers.pipeline.training_pairs import CreatureSource, Simulation, Source
 from workers.pipeline.training_plan import (

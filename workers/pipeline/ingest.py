@@ -7,10 +7,10 @@ from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from workers.errors import ProteusError
-from workers.geometry.rendering import encode_png, render
 from workers.geometry.topology import boundary_loops, count_components
 from workers.pipeline.solve import Described, ReadMesh, describe_under_each, read_mesh
 from workers.pipeline.workbench import Workbench
+from workers.rendering.render import encode_png, render
 from workers.retrieval.model import Model
 from workers.storage.arrays import vector_to_bytes
 from workers.storage.blobs import thumbnail_key

@@ -5,7 +5,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from workers.diffusion.pairs import PairMoments, pair_moments
 from workers.errors import (
     InvalidRequestError,
     SpectrumError,
@@ -14,14 +13,15 @@ from workers.geometry.arrays import IntArray
 from workers.geometry.cleaning import clean
 from workers.geometry.mesh import TriangleMesh
 from workers.geometry.solution import Solution
-from workers.geometry.transformations import transform
-from workers.pipeline.correspondence import Solved, corresponding_points
 from workers.pipeline.solve import parse_upload, solve_view
 from workers.pipeline.training_meshes import load_creature, load_stored
 from workers.pipeline.training_pairs import CreatureSource, Pair, Simulation, StoredSource
 from workers.pipeline.training_parts import PAIR, Arrays, compute_kept
 from workers.pipeline.workbench import Workbench
 from workers.storage.parts import Claim
+from workers.training.correspondence import Solved, corresponding_points
+from workers.training.pairs import PairMoments, pair_moments
+from workers.transformations import transform
 
 
 @dataclass(frozen=True, eq=False)

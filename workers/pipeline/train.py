@@ -3,18 +3,18 @@
 from collections import Counter
 from collections.abc import Sequence
 
-from workers.diffusion.learning import learn_kernel
-from workers.diffusion.learning_options import LearningOptions
 from workers.pipeline.pair import Learnt, learnt_from
 from workers.pipeline.plans import fit_part
 from workers.pipeline.training_pairs import VERSIONS, Pair
 from workers.pipeline.training_parts import PAIR, Material, fit_model
 from workers.pipeline.workbench import Workbench
-from workers.retrieval.learned import calibrated, learned_model
 from workers.retrieval.model import Model
 from workers.storage.models import Json, TrainedModel
 from workers.storage.parts import Claim
 from workers.storage.solutions import load_solution
+from workers.training.learned import calibrated, learned_model
+from workers.training.learning import learn_kernel
+from workers.training.learning_options import LearningOptions
 
 
 def fit(bench: Workbench, claim: Claim) -> None:

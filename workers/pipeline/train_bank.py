@@ -11,10 +11,10 @@ from workers.pipeline.training_parts import VARIANT, Arrays, Material, fit_model
 from workers.pipeline.training_variants import VARIANT_VERSIONS, Variant
 from workers.pipeline.variant import DESCRIPTOR
 from workers.pipeline.workbench import Workbench
-from workers.retrieval.bank import BankOptions, train_bank
-from workers.retrieval.bank_shapes import BankShapes
 from workers.storage.models import Json, TrainedModel
 from workers.storage.parts import Claim
+from workers.training.bank import BankOptions, train_bank
+from workers.training.bank_shapes import BankShapes
 
 
 def fit_bank(bench: Workbench, claim: Claim) -> None:

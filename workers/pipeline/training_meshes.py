@@ -2,8 +2,8 @@
 
 from functools import lru_cache
 
+from workers.creatures import Creature, make_creature, make_uneven_creature
 from workers.errors import BlobNotFoundError
-from workers.geometry.creatures import Creature, make_creature, make_uneven_creature
 from workers.geometry.mesh import TriangleMesh
 from workers.pipeline.solve import read_mesh
 from workers.pipeline.training_pairs import CreatureSource, StoredSource

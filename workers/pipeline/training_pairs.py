@@ -6,10 +6,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from workers.geometry.creatures import CREATURES_VERSION
+from workers.creatures import CREATURES_VERSION
 from workers.geometry.preparation import View
-from workers.geometry.transformations import TRANSFORMATION_VERSION
-from workers.pipeline.correspondence import CORRESPONDENCE_VERSION
+from workers.training.correspondence import CORRESPONDENCE_VERSION
+from workers.transformations import TRANSFORMATION_VERSION
 
 PAIR_VERSION = "1"
 """Part of the key of a pair's moments: raised when they come out otherwise."""

@@ -7,10 +7,9 @@ from typing import Any
 
 from sqlalchemy.orm import Session
 
+from workers.creatures import TRAINING_SPECIES
 from workers.errors import InsufficientTrainingDataError, InvalidRequestError
-from workers.geometry.creatures import TRAINING_SPECIES
 from workers.geometry.preparation import View
-from workers.geometry.transformations import STRENGTHS, TRANSFORMATIONS
 from workers.pipeline.training_pairs import (
     Change,
     CreatureSource,
@@ -26,6 +25,7 @@ from workers.pipeline.training_shapes import (
     counted,
     ready_shapes,
 )
+from workers.transformations import STRENGTHS, TRANSFORMATIONS
 
 SIMULATED, VERTEX_ORDER = "simulated", "vertex-order"
 CORRESPONDENCES = (SIMULATED, VERTEX_ORDER)

@@ -6,13 +6,13 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from workers.geometry.creatures import CREATURES_VERSION
+from workers.creatures import CREATURES_VERSION
 from workers.geometry.preparation import View
-from workers.geometry.transformations import TRANSFORMATION_VERSION
 from workers.pipeline.training_pairs import CreatureSource, Simulation, Source, StoredSource
-from workers.retrieval.bank import POWER
-from workers.retrieval.candidates import candidate_model
 from workers.retrieval.model import Model
+from workers.training.bank import POWER
+from workers.training.candidates import candidate_model
+from workers.transformations import TRANSFORMATION_VERSION
 
 VARIANT_VERSION = "2"
 """Part of the key of a variant's descriptor: raised when it comes out otherwise."""

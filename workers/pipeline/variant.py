@@ -4,7 +4,6 @@ from workers.geometry.arrays import Float32Array
 from workers.geometry.cleaning import clean
 from workers.geometry.mesh import TriangleMesh
 from workers.geometry.solution import solve
-from workers.geometry.transformations import transform
 from workers.pipeline.training_meshes import load_creature, load_stored
 from workers.pipeline.training_pairs import CreatureSource, Simulation
 from workers.pipeline.training_parts import VARIANT, compute_kept
@@ -12,6 +11,7 @@ from workers.pipeline.training_variants import Variant
 from workers.pipeline.workbench import Workbench
 from workers.retrieval.model import describe
 from workers.storage.parts import Claim
+from workers.transformations import transform
 
 DESCRIPTOR = "descriptor"
 

@@ -7,11 +7,11 @@ from typing import Any
 import numpy as np
 
 from workers.geometry.arrays import FloatArray, IntArray
-from workers.geometry.transformations import TRANSFORMATIONS
 from workers.retrieval.bootstrap import Interval, RowMeans, difference, interval, mean_of_rows
 from workers.retrieval.measures import RetrievalMeasures, mean_measures
 from workers.retrieval.protocol import Protocol
 from workers.retrieval.ranking import RECALLS, Ranking
+from workers.transformations import TRANSFORMATIONS
 
 SEED = 20100  # of the bootstrap; any number, the same for all
 

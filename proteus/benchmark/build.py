@@ -1,0 +1,241 @@
+"""Building a benchmark: its files on several processors, and its manifest."""
+
+import hashlib
+import json
+import multiprocessing
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from dataclasses import dataclass
+from functools import partial
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+from typing import Any
+
+from proteus.benchmark.making import (
+    Outcome,
+    Work,
+    exists,
+    leave_interrupts_to_the_parent,
+    make_files,
+    plan_work,
+)
+from proteus.benchmark.plan import (
+    BENCHMARK_VERSION,
+    NULL,
+    BenchmarkOptions,
+    ShapePlan,
+    near_twins,
+    plan_shapes,
+)
+from proteus.benchmark.sources import MeshFile
+from workers.creatures import CREATURES_VERSION
+from workers.errors import InvalidRequestError
+from workers.transformations import TRANSFORMATION_VERSION
+
+MANIFEST = "benchmark.json"
+IDENTITY = ("parameters", "versions", "shapes")
+"""What of the manifest says that two benchmarks are the same."""
+Manifest = dict[str, Any]
+Advance = Callable[[int, int], None]
+"""Is given how many files are there, and how many there shall be."""
+
+
+@dataclass(frozen=True)
+class Built:
+    """A benchmark that lies in a folder.
+
+    Attributes
+    ----------
+    folder : Path
+    manifest : dict
+        What ``benchmark.json`` says.
+    """
+
+    folder: Path
+    manifest: Manifest
+
+    @property
+    def files(self) -> list[Path]:
+        """The meshes, in order of their names."""
+        return [self.folder / name for name in self.manifest["files"]]
+
+    @property
+    def digest(self) -> str:
+        """Short name of its content: other files, another digest."""
+        told = {name: self.manifest[name] for name in (*IDENTITY, "files")}
+        return hashlib.sha256(json.dumps(told, sort_keys=True).encode()).hexdigest()[:8]
+
+
+def build_benchmark(
+    options: BenchmarkOptions, out: Path, *, processes: int, advance: Advance = lambda *_: None
+) -> Built:
+    """Make the files that are not there yet, and the manifest.
+
+    Parameters
+    ----------
+    options : BenchmarkOptions
+    out : Path
+        Empty, missing, or the same benchmark, finished or not.
+    processes : int
+        How many to use; the files do not depend on it.
+    advance : callable
+
+    Raises
+    ------
+    InvalidRequestError
+        The sources are not what was promised, or ``out`` holds something else.
+    """
+    shapes = plan_shapes(options)
+    manifest = _begin(options, shapes, out)
+    work = plan_work(shapes, options)
+    outcomes = []
+    done, total = 0, sum(len(item.names) for item in work)
+    advance(done, total)
+    for outcome in _in_processes(work, options, out, processes):
+        outcomes.append(outcome)
+        done += len(outcome.work.names)
+        advance(done, total)
+    for unfinished in out.glob("*.part"):  # of a run that was killed
+        unfinished.unlink()
+    finished = manifest | _result(shapes, work, outcomes, out)
+    finished |= {"made_by": f"proteus {program_version()}", "complete": True}
+    _write_json(out / MANIFEST, finished)
+    return Built(out, finished)
+
+
+def read_benchmark(folder: Path) -> Built:
+    """Return a benchmark that was built.
+
+    Raises
+    ------
+    InvalidRequestError
+        There is none, or its building did not come to an end.
+    """
+    path = folder / MANIFEST
+    if not path.is_file():
+        raise InvalidRequestError(f"{folder} holds no {MANIFEST}; see proteus benchmark build")
+    manifest = json.loads(path.read_text())
+    if not manifest.get("complete"):
+        raise InvalidRequestError(
+            f"the benchmark in {folder} is not finished; the same proteus benchmark build goes on"
+        )
+    return Built(folder, manifest)
+
+
+def _begin(options: BenchmarkOptions, shapes: Sequence[ShapePlan], out: Path) -> Manifest:
+    """Make the folder and its first manifest, or check that both are of this benchmark."""
+    begun = {
+        "parameters": options.to_json(),
+        "versions": versions(),
+        "shapes": [shape.to_json() for shape in shapes],
+    }
+    path = out / MANIFEST
+    if path.is_file():
+        known = json.loads(path.read_text())
+        different = [name for name, value in begun.items() if known.get(name) != value]
+        if different:
+            raise InvalidRequestError(
+                f"{out} holds another benchmark (its {' and '.join(different)} differ); "
+                "choose another folder, or remove this one"
+            )
+    elif out.exists() and any(out.iterdir()):
+        raise InvalidRequestError(f"{out} is not empty and holds no {MANIFEST}; choose another")
+    out.mkdir(parents=True, exist_ok=True)
+    if not path.is_file():
+        _write_json(path, begun | {"complete": False})
+    return begun
+
+
+def versions() -> dict[str, str]:
+    """Return what the files depend on besides the sources."""
+    return {
+        "benchmark": BENCHMARK_VERSION,
+        "transformations": TRANSFORMATION_VERSION,
+        "creatures": CREATURES_VERSION,
+    }
+
+
+def program_version() -> str:
+    """Return the version of Proteus that is installed."""
+    try:
+        return version("proteus-shapes")
+    except PackageNotFoundError:
+        return "not installed"
+
+
+def _in_processes(
+    work: Sequence[Work], options: BenchmarkOptions, out: Path, processes: int
+) -> Iterator[Outcome]:
+    """Do the work on several processors; outcomes come as they end."""
+    make = partial(make_files, options=options, out=out)
+    if all(exists(out, name) for item in work for name in item.names):
+        yield from map(make, work)
+        return
+    pool = ProcessPoolExecutor(
+        max_workers=max(1, min(processes, len(work))),
+        mp_context=multiprocessing.get_context("spawn"),
+        initializer=leave_interrupts_to_the_parent,
+    )
+    try:
+        parts = [pool.submit(make, item) for item in work]
+        yield from (part.result() for part in as_completed(parts))
+    finally:
+        pool.shutdown(cancel_futures=True)
+
+
+def _result(
+    shapes: Sequence[ShapePlan], work: Sequence[Work], outcomes: Sequence[Outcome], out: Path
+) -> Manifest:
+    """Say what there is now; the files of a shape that failed are taken away."""
+    failures = _failures(shapes, work, outcomes)
+    for item in work:
+        if item.shape.label in failures:
+            for name in item.names:
+                (out / name).unlink(missing_ok=True)
+    made = [item for item in work if item.shape.label not in failures]
+    left_out = sorted(
+        {pair for outcome in outcomes for pair in outcome.left_out} | set(_same_again(shapes))
+    )
+    nulls = [item.shape for item in made if item.transformation == NULL]
+    return {
+        "files": sorted(name for item in made for name in item.names),
+        "counts": {
+            "nulls": sum(shape.is_query for shape in nulls),
+            "distractors": sum(not shape.is_query for shape in nulls),
+            "queries": sum(len(item.names) for item in made if item.transformation != NULL),
+        },
+        "failures": list(failures.values()),
+        "left_out": [{"file": file, "reason": reason} for file, reason in left_out],
+        "notes": [
+            f"{count} individuals of one species, {species}, are query classes: near-twins"
+            for species, count in near_twins(shapes).items()
+        ],
+    }
+
+
+def _same_again(shapes: Sequence[ShapePlan]) -> Iterator[tuple[str, str]]:
+    """Files that are a query class in another pose, with the reason why they are left out."""
+    for shape in shapes:
+        if shape.same_as and isinstance(shape.source, MeshFile):
+            reason = f"its vertices are connected as those of {shape.same_as}: the same shape"
+            yield shape.source.name, reason
+
+
+def _failures(
+    shapes: Sequence[ShapePlan], work: Sequence[Work], outcomes: Sequence[Outcome]
+) -> dict[str, Mapping[str, Any]]:
+    """Return why shapes were left out, by label: the first reason in the order of the work."""
+    order = {item: number for number, item in enumerate(work)}
+    failed = sorted((o for o in outcomes if o.failure), key=lambda o: order[o.work])
+    found: dict[str, Mapping[str, Any]] = {}
+    for outcome in failed:
+        shape = outcome.work.shape
+        told = {"label": shape.label, "transformation": outcome.work.transformation}
+        found.setdefault(shape.label, {**told, "reason": outcome.failure})
+    return found
+
+
+def _write_json(path: Path, document: Manifest) -> None:
+    unfinished = path.with_suffix(".part")
+    unfinished.write_text(json.dumps(document, indent=2, ensure_ascii=False) + "\n")
+    unfinished.replace(path)

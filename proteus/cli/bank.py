@@ -1,0 +1,73 @@
+"""What the training of a bank found, as tables."""
+
+from typing import Any
+
+from rich.table import Table
+
+from proteus.cli.console import Output, cell, facts_table, make_table
+from proteus.client import Document
+
+FACTS = {
+    "n_references": "shapes learned from",
+    "n_queries": "transformed copies",
+    "n_groups": "groups of them",
+    "n_failed_variants": "variants that failed",
+    "n_candidates": "candidate channels",
+    "share_that_sees_scale": "weight on what sees scale",
+}
+PARTS = {"training": "learned from", "held_out": "held out"}
+
+
+def show_bank(output: Output, model: Document) -> None:
+    """Show a bank's channels, and the report of its training."""
+    report = model["training"]
+    output.console.print(facts_table({FACTS[key]: report.get(key) for key in FACTS}))
+    output.console.print(rows_table(report["rows"]))
+    output.console.print(channels_table(model["channels"], report["ablation"]))
+    if report["similarity"]:
+        output.console.print(similarity_table(report["similarity"]))
+
+
+def rows_table(rows: Document) -> Table:
+    """Return mean average precision by transformation, of groups learned from and held out."""
+    parts = [part for part in PARTS if part in rows]
+    headings = [PARTS[part] for part in parts]
+    title = "copies that find their shape, mean average precision in per cent"
+    table = make_table("transformation", *headings, title=title, numbers=headings)
+    for transformation in rows[parts[0]]["map"]:
+        values = (rows[part]["map"].get(transformation) for part in parts)
+        table.add_row(cell(transformation), *map(_figure, values))
+    table.add_section()
+    table.add_row("mean of the rows", *(_figure(rows[part]["mean"]) for part in parts))
+    intervals = (rows[part]["interval"] for part in parts)
+    table.add_row("95 % of a bootstrap", *map(_interval, intervals))
+    return table
+
+
+def channels_table(channels: list[Document], ablation: list[Document]) -> Table:
+    """Return channels with their weights, and what is lost without each."""
+    lost = {entry["channel"]: entry["lost"] for entry in ablation}
+    headings = ("weight", "scale", "lost without it")
+    table = make_table("channel", *headings, title="channels", numbers=headings)
+    for channel in channels:
+        weight, scale = f"{channel['weight']:.3f}", f"{channel['scale']:.3g}"
+        table.add_row(cell(channel["name"]), weight, scale, _figure(lost.get(channel["name"])))
+    return table
+
+
+def similarity_table(similarity: list[Document]) -> Table:
+    """Return whether as many impostors come closer as similarity says."""
+    headings = ("said", "found among held out")
+    title = "share of impostors that come closer"
+    table = make_table(*headings, title=title, numbers=headings)
+    for entry in similarity:
+        table.add_row(f"{entry['promised']:.1%}", f"{entry['found']:.1%}")
+    return table
+
+
+def _figure(value: Any) -> str:
+    return "-" if value is None else f"{round(value, 1) + 0.0:.1f}"  # no -0.0
+
+
+def _interval(ends: list[float] | None) -> str:
+    return "-" if ends is None else f"{ends[0]:.1f} to {ends[1]:.1f}"

@@ -1,0 +1,151 @@
+"""``proteus demo``: the whole way from shapes to ranked answers, in one go."""
+
+import contextlib
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+from rich.markup import escape
+
+from proteus.cli.connection import KeyOption, local
+from proteus.cli.console import EXIT_FAILED, Output
+from proteus.cli.embedded import service_for
+from proteus.cli.files import UploadFile
+from proteus.cli.query import matches_table, query_by_mesh
+from proteus.cli.serving import DataOption, HostOption, PortOption, WorkersOption
+from proteus.cli.upload import ensure_collection, upload_files
+from proteus.cli.waiting import PATIENCE_SECONDS, errors_table
+from proteus.client import DEFAULT_URL, Client, Document
+from workers.settings import Settings, load_settings
+
+if TYPE_CHECKING:
+    from proteus.cli.demo_shapes import DemoMesh
+
+COLLECTION = "demo"
+DESCRIPTION = "Procedural creatures: every species, several individuals and poses."
+MATCHES = 5
+
+
+@dataclass(frozen=True)
+class Answer:
+    """A question of the demo and what came of it.
+
+    Attributes
+    ----------
+    creature, deformation : str
+        Which individual was asked for, and what had been done to it.
+    path : Path
+        The mesh file that was asked with.
+    result : dict
+        The QueryResult.
+    """
+
+    creature: str
+    deformation: str
+    path: Path
+    result: Document
+
+    @property
+    def is_right(self) -> bool:
+        """Whether the creature that was deformed came first."""
+        matches = self.result["matches"]
+        return bool(matches) and str(matches[0]["shape"]["name"]).startswith(f"{self.creature}-")
+
+    def to_json(self) -> Document:
+        """Return it as a JSON object."""
+        told = {"creature": self.creature, "deformation": self.deformation, "mesh": str(self.path)}
+        return {**told, "found_first": self.is_right, "result": self.result}
+
+
+@local
+def demo(
+    output: Output,
+    end: Annotated[
+        bool,
+        typer.Option("--exit", help="End after the answers; exit code 1 if one was wrong."),
+    ] = False,
+    data_dir: DataOption = None,
+    host: HostOption = None,
+    port: PortOption = None,
+    workers: WorkersOption = None,
+    key: KeyOption = "",
+) -> None:
+    """See it work: start all, make creatures, upload them, ask with deformed copies.
+
+    Uses the service that runs on the data directory, or starts one, which goes on serving until
+    Ctrl-C. A second demo reuses what the first has made.
+    """
+    settings = load_settings(
+        host=host, port=port, data_dir=data_dir, worker_processes=workers
+    )  # fmt: skip
+    with service_for(settings) as (url, service):
+        with Client(url, key, patience_seconds=PATIENCE_SECONDS) as client:
+            answers = _show(client, output, settings)
+        right = all(answer.is_right for answer in answers)
+        document = {"url": url, "passed": right, "queries": [a.to_json() for a in answers]}
+        output.show(document, _verdict(answers))
+        _tell_next(output, url, settings, example=answers[0].path)
+        if service is not None and not end:
+            output.say("[dim]It goes on serving; Ctrl-C stops it.[/]")
+            service.wait()
+    if not right:
+        raise typer.Exit(EXIT_FAILED)
+
+
+def _show(client: Client, output: Output, settings: Settings) -> list[Answer]:
+    """Make the collection, upload it, ask; return the answers."""
+    from proteus.cli.demo_shapes import demo_questions, demo_shapes, generator_key, write_meshes
+
+    folder = settings.data_path / "demo" / generator_key()
+    shapes, questions = demo_shapes(), demo_questions()
+    meshes = [*shapes, *questions]
+    with output.progress(unit="creatures") as bar:
+        task = bar.add_task("making   ", total=len(meshes))
+        for done in write_meshes(meshes, folder, processes=settings.worker_processes):
+            bar.update(task, completed=done)
+    ensure_collection(client, COLLECTION, description=DESCRIPTION)
+    paths = [folder / shape.path for shape in shapes]
+    files = [UploadFile(path, path.parent.name, path.stat().st_size) for path in paths]
+    result = upload_files(client, output, COLLECTION, files)
+    if result.errors and not output.as_json:
+        output.console.print(errors_table(result.errors, title="[red]failed[/]"))
+    return [_ask(client, output, question, folder / question.path) for question in questions]
+
+
+def _ask(client: Client, output: Output, question: "DemoMesh", path: Path) -> Answer:
+    """Ask one question, and show its ranked answer."""
+    options = {"limit": MATCHES}
+    result = query_by_mesh(client, COLLECTION, path.name, path.read_bytes(), options)
+    answer = Answer(question.creature, question.deformation, path, result)
+    if not output.as_json:
+        title = f"\n[bold]{escape(answer.creature)}[/] {escape(answer.deformation)}"
+        output.console.print(matches_table(result, own=f"{answer.creature}-", title=title))
+    return answer
+
+
+def _verdict(answers: Sequence[Answer]) -> str:
+    """Say how many questions were answered rightly, and which were not."""
+    wrong = [answer for answer in answers if not answer.is_right]
+    count = f"{len(answers) - len(wrong)} of {len(answers)}"
+    text = f"{count} deformed copies found their own creature first"
+    if not wrong:
+        return f"\n[green]✓[/] {text}"
+    names = ", ".join(f"{answer.creature} {answer.deformation}" for answer in wrong)
+    return f"\n[red]✗[/] {text}; not: {escape(names)}"
+
+
+def _tell_next(output: Output, url: str, settings: Settings, *, example: Path) -> None:
+    """Say where everything is and what to try."""
+    if output.as_json:
+        return
+    elsewhere = "" if url == DEFAULT_URL else f" --url {url}"
+    with contextlib.suppress(ValueError):
+        example = example.relative_to(Path.cwd())
+    output.say(
+        f"\n  [bold]Page[/]  {escape(url)}: drop a mesh of {escape(str(example.parent))} on it\n"
+        f"  [bold]API[/]   {escape(url)}/docs\n"
+        f"  [bold]Data[/]  {escape(str(settings.data_path))}\n"
+        f"  [bold]Try[/]   proteus query {escape(str(example))} -c {COLLECTION}{elsewhere}\n"
+    )

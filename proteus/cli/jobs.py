@@ -1,0 +1,89 @@
+"""``proteus jobs``: list, show, cancel, retry, watch."""
+
+from typing import Annotated
+
+import typer
+from rich.table import Table
+
+from proteus.cli.connection import Session, connected
+from proteus.cli.console import cell, facts_table, make_table, state_cell, time_cell
+from proteus.cli.waiting import demand_success, errors_table, wait_for_job
+from proteus.client import Document
+
+app = typer.Typer(help="Jobs: list, show, cancel, retry, watch.", no_args_is_help=True)
+
+IdArgument = Annotated[str, typer.Argument(metavar="ID", help="The job's id.")]
+
+
+@app.command("list")
+@connected
+def list_jobs(
+    session: Session,
+    kind: Annotated[str, typer.Option(help="ingest, query, train, describe or evaluate.")] = "",
+    state: Annotated[
+        str, typer.Option(help="queued, running, succeeded, failed or cancelled.")
+    ] = "",
+    collection: Annotated[str, typer.Option("--collection", "-c")] = "",
+    limit: Annotated[int, typer.Option("--limit", "-n", min=1, help="At most so many.")] = 50,
+) -> None:
+    """List jobs."""
+    chosen = {"kind": kind, "state": state, "collection": collection}
+    found = list(session.client.pages("/v1/jobs", limit=limit, **chosen))
+    session.output.show(found, _table(found))
+
+
+def _table(found: list[Document]) -> Table | str:
+    if not found:
+        return "No such jobs."
+    numbers = ("done", "errors")
+    table = make_table(
+        "id", "kind", "state", "done", "errors", "collection", "created", numbers=numbers
+    )
+    for job in found:
+        progress = job["progress"]
+        table.add_row(
+            cell(job["id"]), cell(job["kind"]), state_cell(job["state"]),
+            f"{progress['done']}/{progress['total']}", str(len(job["errors"])),
+            cell(job["collection"]), time_cell(job["created_at"]),
+        )  # fmt: skip
+    return table
+
+
+def _show(session: Session, job: Document) -> None:
+    session.output.show(job, facts_table(job, leave_out=["errors"]))
+    if job["errors"] and not session.output.as_json:
+        session.output.console.print(errors_table(job["errors"], title="errors"))
+
+
+@app.command("show")
+@connected
+def show_job(session: Session, identifier: IdArgument) -> None:
+    """Show one job and its errors."""
+    _show(session, session.client.get(f"/v1/jobs/{identifier}"))
+
+
+@app.command("cancel")
+@connected
+def cancel_job(session: Session, identifier: IdArgument) -> None:
+    """Cancel a job; what is done of it stays."""
+    _show(session, session.client.request("POST", f"/v1/jobs/{identifier}/cancel").json())
+
+
+@app.command("retry")
+@connected
+def retry_job(session: Session, identifier: IdArgument) -> None:
+    """Try what failed of a job again."""
+    _show(session, session.client.request("POST", f"/v1/jobs/{identifier}/retry").json())
+
+
+@app.command("watch")
+@connected
+def watch_job(session: Session, identifier: IdArgument) -> None:
+    """Watch a job until it ends; exit code 1 if it did not succeed."""
+    job = session.client.get(f"/v1/jobs/{identifier}")
+    title = f"{job['kind']} {job['collection'] or ''}".strip()
+    job = wait_for_job(session.client, session.output, job, title=title)
+    _show(session, job)
+    if job["state"] != "succeeded" and session.output.as_json:
+        raise typer.Exit(1)
+    demand_success(job)

@@ -1,0 +1,109 @@
+"""The program ``proteus``: all commands under one roof."""
+
+import sys
+from importlib.metadata import PackageNotFoundError, version
+from typing import Annotated
+
+import typer
+
+from proteus.cli import (
+    benchmark,
+    collections,
+    creatures,
+    demo,
+    doctor,
+    evaluate,
+    jobs,
+    keys,
+    models,
+    query,
+    reproduce,
+    serving,
+    shapes,
+    upload,
+)
+from proteus.cli.console import EXIT_FAILED, Output
+
+RUN = "Run the service"
+USE = "Use a running service"
+MORE = "More"
+
+HELP = """Search engine for deformable 3D shapes: a mesh goes in, a ranked answer comes out.
+
+Shapes are found again in another pose, at another scale, noisy, with holes, or coarser.
+
+  [bold]proteus demo[/]                       a first look: starts all, uploads, asks
+  [bold]proteus serve[/]                      broker, database, worker and API in one
+  [bold]proteus upload poses/ -c animals[/]   all meshes below, labelled by folder
+  [bold]proteus query cat.ply -c animals[/]   what is most like it
+  [bold]proteus evaluate animals -m heat[/]   how often it is right
+
+Exit codes: 0 done, 1 failed, 2 wrong usage, 3 no service answers.
+With [bold]--json[/] a command writes one JSON document to stdout, nothing else there.
+"""
+
+app = typer.Typer(
+    name="proteus",
+    help=HELP,
+    no_args_is_help=True,
+    add_completion=False,
+    rich_markup_mode="rich",
+    pretty_exceptions_enable=False,
+    context_settings={"help_option_names": ["-h", "--help"]},
+)
+app.command("demo", rich_help_panel=RUN)(demo.demo)
+app.command("serve", rich_help_panel=RUN)(serving.serve_command)
+app.command("worker", rich_help_panel=RUN)(serving.worker)
+app.command("api", rich_help_panel=RUN)(serving.api)
+app.command("migrate", rich_help_panel=RUN)(serving.migrate)
+app.command("upload", rich_help_panel=USE)(upload.upload)
+app.command("query", rich_help_panel=USE)(query.query)
+app.command("evaluate", rich_help_panel=USE)(evaluate.evaluate)
+app.add_typer(collections.app, name="collections", rich_help_panel=USE)
+app.add_typer(shapes.app, name="shapes", rich_help_panel=USE)
+app.add_typer(jobs.app, name="jobs", rich_help_panel=USE)
+app.add_typer(models.app, name="models", rich_help_panel=USE)
+app.add_typer(benchmark.app, name="benchmark", rich_help_panel=USE)
+app.command("reproduce", rich_help_panel=MORE)(reproduce.reproduce)
+app.command("doctor", rich_help_panel=MORE)(doctor.doctor)
+app.command("key", rich_help_panel=MORE)(keys.key)
+app.command("creatures", rich_help_panel=MORE)(creatures.creatures)
+
+
+def program_version() -> str:
+    """Return the installed version of Proteus."""
+    try:
+        return version("proteus-shapes")
+    except PackageNotFoundError:
+        return "not installed"
+
+
+def _show_version(wanted: bool) -> None:
+    if wanted:
+        typer.echo(f"proteus {program_version()}")
+        raise typer.Exit
+
+
+@app.callback()
+def _options(
+    version: Annotated[
+        bool,
+        typer.Option("--version", callback=_show_version, is_eager=True, help="Print the version."),
+    ] = False,
+) -> None:
+    pass
+
+
+def main() -> None:
+    """Run the command line; an unexpected error is one line, or a traceback under ``-X dev``."""
+    try:
+        app()
+    except Exception as error:
+        if sys.flags.dev_mode:
+            raise
+        Output().refuse(error, code=EXIT_FAILED)
+        Output().say(
+            "[dim]This is a fault of Proteus. For a traceback, run it as[/] "
+            "python -X dev -m proteus.cli …"
+        )
+        sys.exit(EXIT_FAILED)

@@ -1,0 +1,159 @@
+"""``proteus query``: which stored shapes are most like a mesh, or like a stored shape."""
+
+import json
+import re
+import time
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+from rich.markup import escape
+from rich.table import Table
+
+from proteus.cli.connection import Session, connected
+from proteus.cli.console import CommandError, cell, make_table
+from proteus.cli.waiting import PATIENCE_SECONDS, demand_success
+from proteus.client import Client, Document, JobWatch
+
+WAIT_SECONDS = 30
+TEXT_FIELDS = frozenset({"label", "name", "transformation"})
+BOUNDS = {">=": "gte", "<=": "lte", ">": "gt", "<": "lt"}
+_CONDITION = re.compile(
+    r"(?P<field>label|name|transformation|strength|metadata\.[^=!<>]+)"
+    r"(?P<sign>!=|>=|<=|=|<|>)(?P<value>.*)"
+)
+
+
+@connected
+def query(
+    session: Session,
+    mesh: Annotated[
+        Path | None,
+        typer.Argument(exists=True, dir_okay=False, metavar="[MESH]", help="A mesh file."),
+    ] = None,
+    shape: Annotated[str, typer.Option("--shape", help="Instead: id of a stored shape.")] = "",
+    collection: Annotated[str, typer.Option("--collection", "-c")] = "default",
+    limit: Annotated[int, typer.Option("--limit", "-n", min=1, max=1000)] = 10,
+    model: Annotated[str, typer.Option(help="Compare under another model.")] = "",
+    dissimilarity: Annotated[str, typer.Option(help="Compare by another dissimilarity.")] = "",
+    filters: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--filter",
+            "-f",
+            help="label=cat, label=cat,dog, label!=cat, metadata.age>=3; again for more.",
+        ),
+    ] = None,
+    include_self: Annotated[bool, typer.Option(help="Let a stored shape find itself.")] = False,
+) -> None:
+    """Ask which shapes of a collection are most like a mesh."""
+    if (mesh is None) == (not shape):
+        raise typer.BadParameter("give either a mesh file or --shape ID")
+    options: Document = {"limit": limit}
+    options |= {"model": model} if model else {}
+    options |= {"dissimilarity": dissimilarity} if dissimilarity else {}
+    options |= {"filter": parse_filters(filters)} if filters else {}
+    if mesh is not None:
+        result = query_by_mesh(session.client, collection, mesh.name, mesh.read_bytes(), options)
+    else:
+        body = {**options, "shape_id": shape, "include_self": include_self}
+        path = f"/v1/collections/{collection}/query"
+        result = session.client.request("POST", path, json=body).json()
+    session.output.show(result, matches_table(result))
+
+
+def query_by_mesh(
+    client: Client, collection: str, name: str, content: bytes, options: Mapping[str, Any]
+) -> Document:
+    """Return the QueryResult of a mesh, waiting for its computation as long as it takes.
+
+    Parameters
+    ----------
+    name, content : str, bytes
+        The mesh file.
+    options : mapping
+        ``limit``, ``model``, ``dissimilarity``, ``filter`` as in the contract.
+    """
+    client.patience_seconds = max(client.patience_seconds, PATIENCE_SECONDS)
+    fields = {
+        key: json.dumps(value) if isinstance(value, dict) else str(value)
+        for key, value in options.items()
+    }
+    answer = client.request(
+        "POST",
+        f"/v1/collections/{collection}/query/mesh",
+        params={"wait": WAIT_SECONDS},
+        data=fields,
+        files=[("mesh", (name, content))],
+    )
+    if answer.status_code != 202:
+        result: Document = answer.json()
+        return result
+    accepted = answer.json()
+    watch = JobWatch(client, accepted["job"])
+    while not watch.ended:
+        time.sleep(watch.pause_seconds)
+        watch.poll()
+    demand_success(watch.job)
+    return client.get(f"/v1/queries/{accepted['query_id']}")
+
+
+def parse_filters(conditions: Sequence[str]) -> Document:
+    """Return the contract's filter for conditions such as ``label=cat``.
+
+    Raises
+    ------
+    CommandError
+        A condition is of no known form.
+    """
+    must: list[Document] = []
+    must_not: list[Document] = []
+    for condition in conditions:
+        match = _CONDITION.fullmatch(condition)
+        if match is None:
+            raise CommandError(
+                f"--filter {condition!r} is not understood; expected FIELD=VALUE, "
+                "FIELD=VALUE,VALUE, FIELD!=VALUE, FIELD>=VALUE (or <=, <, >), where FIELD is "
+                "label, name, transformation, strength or metadata.NAME"
+            )
+        field, sign = match["field"], match["sign"]
+        values = [_value(field, text) for text in match["value"].split(",")]
+        if sign in BOUNDS:
+            must.append({"field": field, "range": {BOUNDS[sign]: values[0]}})
+            continue
+        test = {"equals": values[0]} if len(values) == 1 else {"in": values}
+        (must if sign == "=" else must_not).append({"field": field, **test})
+    parts = {"must": must, "must_not": must_not}
+    return {name: tests for name, tests in parts.items() if tests}
+
+
+def _value(field: str, text: str) -> object:
+    """Return a text field's value as it is, another as the number or truth it may be."""
+    if field in TEXT_FIELDS:
+        return text
+    try:
+        value = json.loads(text)
+    except ValueError:
+        return text
+    return text if isinstance(value, (dict, list)) else value
+
+
+def matches_table(result: Document, *, own: str = "", title: str | None = None) -> Table:
+    """Return the matches as a table; shapes whose name begins with ``own`` get a tick."""
+    numbers = ("rank", "distance", "similarity")
+    found = f"{len(result['matches'])} of {result['searched']} shapes, {result['took_ms']:.1f} ms"
+    table = make_table(
+        "rank", "name", "label", "distance", "similarity", *([""] if own else ["id"]),
+        title=title or f"{escape(result['collection'])}, model {escape(result['model'])}: {found}",
+        numbers=numbers,
+    )  # fmt: skip
+    for match in result["matches"]:
+        shape = match["shape"]
+        tick = "[green]✓[/]" if own and str(shape["name"]).startswith(own) else ""
+        table.add_row(
+            str(match["rank"]), cell(shape["name"]), cell(shape["label"]),
+            f"{match['distance']:.5g}", f"{match['similarity']:.3f}",
+            tick if own else cell(shape["id"]),
+        )  # fmt: skip
+    return table

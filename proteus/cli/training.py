@@ -1,0 +1,157 @@
+"""``proteus models train``: a model that is made, or learned."""
+
+from collections.abc import Iterable
+from enum import StrEnum
+from typing import Annotated, Any
+
+import typer
+
+from proteus.cli.bank import show_bank
+from proteus.cli.connection import Session, connected
+from proteus.cli.console import CommandError, Output, cell
+from proteus.cli.kernel import show_kernel
+from proteus.cli.waiting import demand_success, errors_table, wait_for_job
+from proteus.client import Document
+
+PAPER = "paper"
+
+
+class Method(StrEnum):
+    """What can be made."""
+
+    SPLINE = "spline"
+    GRID = "grid"
+    HEAT_TIME = "heat-time"
+    BANK = "bank"
+    HEAT = "heat"
+    COMMUTE_TIME = "commute-time"
+    BIHARMONIC = "biharmonic"
+    SHAPE_DNA = "shape-dna"
+
+
+LEARNED = (Method.SPLINE, Method.GRID, Method.HEAT_TIME, Method.BANK)
+
+
+@connected
+def train(
+    session: Session,
+    name: Annotated[str, typer.Argument(metavar="NAME", show_default=False)],
+    method: Annotated[
+        Method, typer.Option(help="How K² is written, or bank: several channels.")
+    ] = Method.SPLINE,
+    collection: Annotated[
+        str, typer.Option("--collection", "-c", help="Learn from it. Default: creatures.")
+    ] = "",
+    transformations: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--transformation",
+            "-t",
+            help="To be invariant to; again for more. Default: paper, the paper's eleven.",
+        ),
+    ] = None,
+    strengths: Annotated[
+        list[int] | None, typer.Option("--strength", help="1 to 5; again for more. Default: all.")
+    ] = None,
+    correspondence: Annotated[
+        str, typer.Option(help="simulated, or vertex-order: files of a label share it.")
+    ] = "",
+    shapes: Annotated[int | None, typer.Option(help="At most so many.")] = None,
+    creatures: Annotated[
+        int | None, typer.Option(help="For a bank: so many, with a collection or alone.")
+    ] = None,
+    seed: Annotated[int | None, typer.Option(help="Of all that is simulated.")] = None,
+    criterion: Annotated[str, typer.Option(help="distance or kernel.")] = "",
+    unit: Annotated[str, typer.Option(help="none, area or first-eigenvalue.")] = "",
+    views: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--view",
+            help="closed, open; for a bank smooth, smooth-open, detailed too. Again for more.",
+        ),
+    ] = None,
+    splines: Annotated[int | None, typer.Option(help="How many.")] = None,
+    smoothness: Annotated[float | None, typer.Option(help="η, relative.")] = None,
+    points: Annotated[int | None, typer.Option(help="Of the grid.")] = None,
+    interpolation: Annotated[str, typer.Option(help="nearest or linear.")] = "",
+    time: Annotated[float | None, typer.Option(help="Of the heat kernel.")] = None,
+    channels: Annotated[int | None, typer.Option(help="At most so many in a bank.")] = None,
+    power: Annotated[float | None, typer.Option(help="p of a bank's Σ w (D/s)^p.")] = None,
+    wait: Annotated[bool, typer.Option(help="Wait until the model is ready.")] = True,
+) -> None:
+    """Make a model; spline, grid, heat-time, bank are learned from shapes and transformations.
+
+    What was computed for one training is not computed again for the next.
+    """
+    parameters = _given(
+        criterion=criterion, unit=unit, splines=splines, smoothness=smoothness,
+        points=points, interpolation=interpolation, time=time, channels=channels, power=power,
+        **_views(method, views or []),
+    )  # fmt: skip
+    training = _given(
+        collection=collection, correspondence=correspondence, shapes=shapes, seed=seed,
+        creatures=creatures,
+        transformations=list(_named(transformations or [])), strengths=strengths,
+    )  # fmt: skip
+    if method in LEARNED and correspondence != "vertex-order":
+        training.setdefault("transformations", list(_named([PAPER])))
+    body = {"name": name, "method": method.value, "parameters": parameters}
+    body |= {"training": training} if training or method in LEARNED else {}
+    accepted: Document = session.client.request("POST", "/v1/models", json=body).json()
+    job = accepted["job"]
+    if wait and method in LEARNED:
+        job = wait_for_job(session.client, session.output, job, title=f"training {name}")
+        demand_success(job)
+    _show(session, name, job)
+
+
+def _views(method: Method, views: list[str]) -> dict[str, Any]:
+    """Views as the method takes them: a bank several, everything else one."""
+    if method is Method.BANK:
+        return {"views": views}
+    if len(views) > 1:
+        raise CommandError(f"{len(views)} views are given, the method {method} takes one")
+    return {"view": views[0]} if views else {}
+
+
+def _given(**options: Any) -> dict[str, Any]:
+    """Options that were given; the service knows the defaults of the others."""
+    return {key: value for key, value in options.items() if value not in (None, "", [])}
+
+
+def _named(transformations: Iterable[str]) -> Iterable[str]:
+    """Names of transformations, with the paper's eleven for ``paper``."""
+    for transformation in transformations:
+        if transformation == PAPER:
+            from workers.transformations import PAPER_TRANSFORMATIONS
+
+            yield from PAPER_TRANSFORMATIONS
+        else:
+            yield transformation
+
+
+def _show(session: Session, name: str, job: Document) -> None:
+    """Show the model, and what its training has to say."""
+    output = session.output
+    found = session.client.get(f"/v1/models/{name}")
+    if output.as_json:
+        output.document({"model": found, "job": job})
+        return
+    output.console.print(f"[bold]{cell(name)}[/] is {found['state']}")
+    if found["state"] != "ready":
+        output.say(f"watch it: [bold]proteus jobs watch {job['id']}[/]")
+    else:
+        show_training(output, found)
+    if job["errors"]:
+        unit = job["progress"]["unit"]
+        output.console.print(errors_table(job["errors"], title=f"{unit} that failed"))
+
+
+def show_training(output: Output, model: Document) -> None:
+    """Show what a model's training found; nothing of one that was made and not trained."""
+    if not model["training"]:
+        return
+    if model["method"] == Method.BANK:
+        show_bank(output, model)
+    else:
+        show_kernel(output, model["training"])

@@ -1,0 +1,79 @@
+"""Models of the service: asked for, waited for, reused where they are there already."""
+
+from proteus.cli.console import CommandError, Output
+from proteus.cli.waiting import wait_for_job
+from proteus.client import Client, Document, ServiceError
+from proteus.reproduction.plan import ModelSpec, Plan
+from workers.diffusion.kernels import Kernel, kernel_from_json
+
+
+def ensure_model(
+    client: Client, output: Output, plan: Plan, spec: ModelSpec, name: str
+) -> Document:
+    """Return a model of the service that is ready, after training it if need be.
+
+    One that is there already is taken as it is: its name says what it was made with.
+
+    Raises
+    ------
+    CommandError
+        The training failed.
+    """
+    found = _find(client, name)
+    if found is not None and found["state"] == "failed":
+        client.request("DELETE", f"/v1/models/{name}")
+        found = None
+    job: Document | None = None
+    if found is None:
+        made = _create(client, plan, spec, name)
+        found, job = made["model"], made.get("job")
+    if found["state"] == "training":
+        job = job or _training_job(client, name)
+        ended = wait_for_job(client, output, job, title=f"training {spec.key}")
+        found = client.get(f"/v1/models/{name}")
+        if found["state"] != "ready":
+            reasons = [str(error["detail"]) for error in ended["errors"]] or ["no reason given"]
+            raise CommandError(f"training {name} {ended['state']}: {reasons[0]}")
+    return found
+
+
+def _find(client: Client, name: str) -> Document | None:
+    try:
+        return client.get(f"/v1/models/{name}")
+    except ServiceError as error:
+        if error.status != 404:
+            raise
+    return None
+
+
+def _create(client: Client, plan: Plan, spec: ModelSpec, name: str) -> Document:
+    body: Document = {"name": name, "method": spec.method, "parameters": spec.parameters}
+    if spec.transformations:
+        body["training"] = {**plan.training, "transformations": list(spec.transformations)}
+    made: Document = client.request("POST", "/v1/models", json=body).json()
+    return made
+
+
+def _training_job(client: Client, name: str) -> Document:
+    """Return the job of a model that another run has begun to train."""
+    for job in client.pages("/v1/jobs", kind="train"):
+        if job["model"] == name:
+            return job
+    raise CommandError(f"the model {name} is in training, but no job trains it; delete it")
+
+
+def heat_time(model: Document) -> float:
+    """Return the time of a heat kernel, in the unit of its channel."""
+    return float(model["kernels"][0]["parameters"]["time"])
+
+
+def kernel_of(model: Document) -> Kernel:
+    """Return a model's first kernel, for eigenvalues in the unit of its channel."""
+    found = model["kernels"][0]
+    return kernel_from_json({"kind": found["kind"], "parameters": found["parameters"]})
+
+
+def trained_range(model: Document) -> tuple[float, float]:
+    """Return the smallest and largest eigenvalue that a model has learned from."""
+    low, high = model["training"]["trained_range"]
+    return float(low), float(high)

@@ -1,0 +1,195 @@
+"""What is made, trained and measured: fixed before anything is done."""
+
+import hashlib
+import json
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+from proteus.benchmark.plan import BenchmarkOptions
+from workers.errors import InvalidRequestError
+from workers.training.learning_options import LearningOptions
+from workers.transformations import PAPER_TRANSFORMATIONS, TRANSFORMATION_VERSION
+
+SHORT, LONG = 0.7, 1.7
+"""The paper's other two times, 700 and 1700, as shares of its best, 1011."""
+FINE = 60
+"""Points and splines of Fig. 1: so many that it shows what smoothness is for."""
+SMOOTHNESS = 1e-5
+"""Of Fig. 1; everything else is learned as the service does by default."""
+OPEN, CLOSED = "open", "closed"
+
+
+@dataclass(frozen=True)
+class Size:
+    """How much is made and measured.
+
+    Attributes
+    ----------
+    creatures, distractors : int
+        Query classes and other targets, where no null shapes are given.
+    creature_vertices : int
+    working_vertices : int
+        Of a service that is started for this.
+    strengths : tuple of int
+        Of the queries.
+    training_shapes : int
+        Creatures that are learned from, of other species than those tested with.
+    training_strengths : tuple of int
+    transformations : tuple of str
+        Of queries and training alike; "scale" is among them.
+    """
+
+    creatures: int
+    distractors: int
+    creature_vertices: int
+    working_vertices: int
+    strengths: tuple[int, ...]
+    training_shapes: int
+    training_strengths: tuple[int, ...]
+    transformations: tuple[str, ...] = PAPER_TRANSFORMATIONS
+
+
+SIZES: Mapping[str, Size] = {
+    "small": Size(6, 24, 2500, 2500, (1, 3, 5), 5, (1, 3, 5)),
+    "paper": Size(13, 456, 4000, 5000, (1, 2, 3, 4, 5), 7, (1, 2, 3, 4, 5)),
+}
+
+
+@dataclass(frozen=True)
+class ModelSpec:
+    """A model that is asked of the service.
+
+    Attributes
+    ----------
+    key : str
+        What it is called here.
+    method : str
+    parameters : dict
+    transformations : tuple of str
+        To train with; empty if there is nothing to train.
+    """
+
+    key: str
+    method: str
+    parameters: dict[str, Any]
+    transformations: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Plan:
+    """One reproduction.
+
+    Attributes
+    ----------
+    out : Path
+        The folder that everything is written to.
+    size : Size
+    nulls, poses, distractors : Path, optional
+        A person's own shapes; creatures without them.
+    seed : int
+    name : str
+        Begins the names of collections and models.
+    """
+
+    out: Path
+    size: Size
+    nulls: Path | None = None
+    poses: Path | None = None
+    distractors: Path | None = None
+    seed: int = 0
+    name: str = "reproduction"
+
+    def __post_init__(self) -> None:
+        """Check what the figures need."""
+        if "scale" not in self.size.transformations:
+            raise InvalidRequestError("a reproduction needs the transformation scale, for Fig. 3")
+
+    @property
+    def benchmark(self) -> BenchmarkOptions:
+        """The files to make: all shapes of one size, as the paper's are of one unit."""
+        own = self.nulls is not None
+        return BenchmarkOptions(
+            nulls=self.nulls,
+            poses=self.poses,
+            distractors=self.distractors,
+            creatures=0 if own else self.size.creatures,
+            creature_distractors=0 if self.distractors else self.size.distractors,
+            creature_vertices=self.size.creature_vertices,
+            transformations=self.size.transformations,
+            strengths=self.size.strengths,
+            seed=self.seed,
+            normalise="area",
+        )
+
+    @property
+    def training(self) -> dict[str, Any]:
+        """The body's ``training`` but for the transformations."""
+        return {
+            "collection": None,
+            "strengths": list(self.size.training_strengths),
+            "correspondence": "simulated",
+            "seed": self.seed,
+            "shapes": self.size.training_shapes,
+        }
+
+    @property
+    def digest(self) -> str:
+        """Short name of everything that decides on what is measured, but for the sources."""
+        told = {
+            "size": asdict(self.size),
+            "seed": self.seed,
+            "transformations": TRANSFORMATION_VERSION,
+            "learning": LearningOptions().to_json(),
+            "models": [asdict(spec) for spec in first_models(self)],
+        }
+        text = json.dumps(told, sort_keys=True)
+        return hashlib.sha256(text.encode()).hexdigest()[:8]
+
+    def model_name(self, key: str) -> str:
+        """Name of one of its models in the service, unlike that of another plan."""
+        return f"{self.name}-{self.digest}-{key}"
+
+
+def first_models(plan: Plan) -> tuple[ModelSpec, ...]:
+    """Return what needs nothing learned before: Figs. 1, 3 and 4, t*, and commute time."""
+    every = plan.size.transformations
+    paper = {"criterion": "kernel", "unit": "none", "view": OPEN}
+    fine = {**paper, "splines": FINE}
+    nearest = {**paper, "points": FINE, "interpolation": "nearest"}
+    return (
+        ModelSpec("commute", "commute-time", {"view": OPEN}),
+        ModelSpec("scale-only", "spline", paper, ("scale",)),
+        ModelSpec("learned", "spline", paper, every),
+        ModelSpec("smooth", "spline", {**fine, "smoothness": SMOOTHNESS}, every),
+        ModelSpec("rough", "spline", {**fine, "smoothness": 0.0}, every),
+        ModelSpec("grid", "grid", nearest, every),
+        ModelSpec("heat-time", "heat-time", paper, every),
+        ModelSpec("distance", "spline", distance_parameters(OPEN), every),
+    )
+
+
+def heat_models(best: float, view: str) -> tuple[ModelSpec, ...]:
+    """Return the heat kernels at the best time and at the paper's other two, as shares of it."""
+    return tuple(
+        ModelSpec(key, "heat", {"time": share * best, "unit": "none", "view": view})
+        for key, share in (("heat-short", SHORT), ("heat-best", 1.0), ("heat-long", LONG))
+    )
+
+
+def closed_models(plan: Plan, best: float) -> tuple[ModelSpec, ...]:
+    """Return the six columns for shapes whose holes were closed: the same times, learned anew."""
+    every = plan.size.transformations
+    paper = {"criterion": "kernel", "unit": "none", "view": CLOSED}
+    return (
+        *heat_models(best, CLOSED),
+        ModelSpec("learned", "spline", paper, every),
+        ModelSpec("commute", "commute-time", {"view": CLOSED}),
+        ModelSpec("distance", "spline", distance_parameters(CLOSED), every),
+    )
+
+
+def distance_parameters(view: str) -> dict[str, Any]:
+    """Return what the kernel past the paper is learned with: on distances, in λ/λ₁."""
+    return {"criterion": "distance", "unit": "first-eigenvalue", "view": view}

@@ -1,0 +1,198 @@
+"""The surface of a skeleton: a smooth union of tapered capsules, its level set as a mesh.
+
+Each group of parts g (a limb, a blob) has a distance d_g and a softness k_g, a share of its
+radius; the surface is where Σ exp(-d_g / k_g) = 1. Far from other groups that is d_g = 0, and
+where two groups meet it is a fillet about k wide.
+"""
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+import numpy as np
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+from skimage.measure import marching_cubes
+
+from workers.creatures.skeleton import Part
+from workers.geometry.arrays import FloatArray, IntArray
+
+_ATTEMPTS = 6  # to meet the number of vertices, on a grid that keeps limbs apart
+_FAR = 8.0  # softnesses from a group beyond which it is not felt: exp(-8) = 0.0003
+_AWAY = 0.12  # grid spacings that the surface keeps from grid points, against slivers
+_THINNEST = 0.95  # grid spacings of the smallest half thickness that is sampled safely
+
+
+def extract_surface(parts: tuple[Part, ...], vertices: int) -> tuple[FloatArray, IntArray, float]:
+    """Triangles of the surface around parts with about so many vertices.
+
+    Returns
+    -------
+    vertices (n, 3), faces (m, 3) wound outwards, and the grid spacing they were sampled at.
+    """
+    spacing = 1.2 * np.sqrt(_rough_area(parts) / vertices)
+    for attempt in range(_ATTEMPTS):
+        used, shift = spacing, 0.29 * attempt % 1.0
+        points, faces = _march(parts, used, shift)
+        close = abs(len(points) / vertices - 1.0) < 0.04
+        if close and _is_sphere(points, faces):  # else limbs were welded between grid points
+            break
+        spacing *= float(np.sqrt(len(points) / vertices))  # vertices grow with 1 / spacing²
+    return points, faces, used
+
+
+def evaluate(parts: tuple[Part, ...], points: FloatArray) -> FloatArray:
+    """About the distance of points (n, 3) from the surface, (n,), negative inside."""
+    total, weighted = np.zeros(len(points)), np.zeros(len(points))
+    for group in groups(parts):
+        _add(group, points, total, weighted)
+    return _distance(total, weighted)
+
+
+def thickened(parts: tuple[Part, ...], spacing: float) -> tuple[Part, ...]:
+    """The parts, none so thin that a grid of this spacing could miss it."""
+    least = _THINNEST * spacing
+    thick = []
+    for part in parts:
+        thinness = 1.0 if part.fin is not None else part.thinness  # sheets thicken, not grow
+        start, end = (max(radius, least / thinness) for radius in part.radii)
+        thick.append(replace(part, radii=(start, end), least=least))
+    return tuple(thick)
+
+
+def groups(parts: tuple[Part, ...]) -> Iterator[list[Part]]:
+    """Parts by group, in order."""
+    numbers = sorted({part.group for part in parts})
+    for number in numbers:
+        yield [part for part in parts if part.group == number]
+
+
+def part_distance(part: Part, points: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Distances of points (..., 3) from one part, and its radius beside them, both (...,)."""
+    if part.fin is not None:
+        return _fin_distance(part, points)
+    return _capsule_distance(part, points)
+
+
+def _fin_distance(part: Part, points: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Distance from a flat sheet with a round rim, exact on its own; and the radius."""
+    normal = part.fin if part.fin is not None else np.zeros(3)
+    height = (points - part.start) @ normal  # (...,)
+    flat = replace(part, fin=None, end=part.end - ((part.end - part.start) @ normal) * normal)
+    distance, radius = _capsule_distance(flat, points - height[..., None] * normal)
+    half = np.minimum(np.maximum(part.ratio * radius, part.least), radius)
+    beside = np.maximum(distance + half, 0.0)
+    return np.sqrt(beside**2 + height**2) - half, radius
+
+
+def _capsule_distance(part: Part, points: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Distance from a round cone or ellipsoid, of first order at its surface; and the radius."""
+    stretched = points @ part.stretch.T  # (..., 3)
+    start, axis = part.stretch @ part.start, part.stretch @ (part.end - part.start)
+    length = float(np.linalg.norm(axis))
+    first, last = part.radii
+    relative = stretched - start
+    if length <= abs(first - last):  # one end lies inside the other
+        away = relative if first >= last else relative - axis
+        radius = np.full(points.shape[:-1], max(first, last))
+    else:
+        along = relative @ (axis / length)
+        across = np.sqrt(np.maximum((relative**2).sum(axis=-1) - along**2, 0.0))
+        sine = (first - last) / length
+        share = np.clip((along - across * sine / np.sqrt(1 - sine**2)) / length, 0.0, 1.0)
+        away = relative - share[..., None] * axis
+        radius = first + share * (last - first)
+    distance, gradient = _norm(away, part.power)
+    bent = np.sqrt(((gradient @ part.stretch) ** 2).sum(axis=-1))
+    return (distance - radius) / np.where(bent > 1e-12, bent, 1.0), radius
+
+
+def _norm(vectors: FloatArray, power: float) -> tuple[FloatArray, FloatArray]:
+    """Norms of vectors (..., 3) of a power of 2 or more, (...,), and their gradients (..., 3)."""
+    if power == 2:
+        length = np.sqrt((vectors**2).sum(axis=-1))
+        return length, vectors / np.maximum(length, 1e-12)[..., None]
+    largest = np.maximum(np.abs(vectors).max(axis=-1), 1e-12)
+    scaled = np.abs(vectors) / largest[..., None]  # at most 1: no overflow
+    size = (scaled**power).sum(axis=-1) ** (1.0 / power)
+    gradient = np.sign(vectors) * (scaled / size[..., None]) ** (power - 1.0)
+    return largest * size, gradient
+
+
+def _is_sphere(points: FloatArray, faces: IntArray) -> bool:
+    """Whether a closed surface is one piece without a handle."""
+    edges = faces[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
+    ones, n = np.ones(len(edges), dtype=np.int8), len(points)
+    pieces, _ = connected_components(coo_array((ones, edges.T), shape=(n, n)), directed=False)
+    return pieces == 1 and n - len(edges) // 2 + len(faces) == 2
+
+
+def _march(parts: tuple[Part, ...], spacing: float, shift: float) -> tuple[FloatArray, IntArray]:
+    """Marching cubes at a spacing, evaluated only near each group; the grid is shifted a share."""
+    thick = thickened(parts, spacing)
+    boxes = [_box(group) for group in groups(thick)]
+    low = np.min([box[0] for box in boxes], axis=0) - (2 + shift) * spacing
+    high = np.max([box[1] for box in boxes], axis=0) + 2 * spacing
+    shape = tuple(np.ceil((high - low) / spacing).astype(int) + 1)
+    total, weighted = np.zeros(shape), np.zeros(shape)
+    for group, (lower, upper) in zip(groups(thick), boxes, strict=True):
+        first = np.floor((lower - low) / spacing).astype(int)
+        last = np.ceil((upper - low) / spacing).astype(int) + 1
+        window = tuple(slice(a, b) for a, b in zip(first, last, strict=True))
+        axes = [low[i] + spacing * np.arange(first[i], last[i]) for i in range(3)]
+        points = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1)
+        _add(group, points, total[window], weighted[window])
+    distance = _distance(total, weighted)
+    near = np.abs(distance) < _AWAY * spacing
+    distance[near] = np.where(distance[near] < 0, -_AWAY, _AWAY) * spacing
+    points, faces, _, _ = marching_cubes(  # type: ignore[no-untyped-call]
+        distance, 0.0, spacing=(spacing,) * 3
+    )
+    return points.astype(np.float64) + low, faces.astype(np.int64)
+
+
+def _add(group: list[Part], points: FloatArray, total: FloatArray, weighted: FloatArray) -> None:
+    """Add a group's exp(-d/k), and k exp(-d/k), to running sums over the points, in place."""
+    ratio = np.full(points.shape[:-1], np.inf)
+    width = np.ones(points.shape[:-1])
+    for part in group:
+        distance, radius = part_distance(part, points)
+        softness = part.softness * radius
+        own = distance / softness
+        nearer = own < ratio
+        ratio = np.where(nearer, own, ratio)
+        width = np.where(nearer, softness, width)
+    felt = np.exp(-np.clip(ratio, -40.0, 40.0))
+    total += felt
+    weighted += width * felt
+
+
+def _distance(total: FloatArray, weighted: FloatArray) -> FloatArray:
+    """The sums as a distance: -k ln Σ, with k the mean softness."""
+    floor = np.exp(-40.0)
+    known = np.maximum(total, floor)
+    width = np.where(total > floor, weighted / known, weighted.max(initial=0.0) + 1.0)
+    distance: FloatArray = -width * np.log(known)
+    return distance
+
+
+def _box(group: list[Part]) -> tuple[FloatArray, FloatArray]:
+    """Corners of the box outside which a group is not felt, (3,) and (3,)."""
+    lows, highs = [], []
+    for part in group:
+        for place, radius in ((part.start, part.radii[0]), (part.end, part.radii[1])):
+            margin = radius * (part.reach + _FAR * part.softness)
+            lows.append(place - margin)
+            highs.append(place + margin)
+    return np.min(lows, axis=0), np.max(highs, axis=0)
+
+
+def _rough_area(parts: tuple[Part, ...]) -> float:
+    """About the area of the surface, for a first spacing."""
+    area = 0.0
+    for part in parts:
+        length = float(np.linalg.norm(part.end - part.start))
+        mean = (part.radii[0] + part.radii[1]) / 2.0
+        area += 2.0 * np.pi * mean * length * 0.8
+        if length == 0.0:
+            area += 2.0 * np.pi * mean**2 * float(part.reach.mean())
+    return area

@@ -1,0 +1,148 @@
+"""How skin follows bones: smooth weights along the surface, and blended rigid motions."""
+
+import numpy as np
+from scipy.sparse import coo_array, csc_array
+from scipy.sparse.linalg import splu
+
+from workers.creatures.implicit import part_distance
+from workers.creatures.skeleton import Part, Skeleton
+from workers.geometry.arrays import FloatArray, IntArray
+
+_WIDTH = 0.55  # of the transition between two bones, in radii of the flesh there
+_CONTRAST = 0.15  # radii by which a part must be nearer to be the only one that counts
+
+
+def skin_weights(
+    skeleton: Skeleton, parts: tuple[Part, ...], points: FloatArray, faces: IntArray
+) -> FloatArray:
+    """Share of each bone in the motion of each vertex, (n, b), rows of nonnegative sum 1.
+
+    Each vertex belongs to the bone of the part it lies on, and this partition diffuses along the
+    surface (never through the air, from one leg to another) over about a radius.
+    """
+    owned, radius = _partition(parts, points, skeleton.n_bones)  # (n, b), (n,)
+    system = _diffusion(points, faces, _WIDTH * radius)
+    weights = owned
+    for _ in range(2):
+        weights = system.solve(weights)
+    weights = np.clip(weights, 0.0, None)
+    shares: FloatArray = weights / weights.sum(axis=1, keepdims=True)
+    return shares
+
+
+def bone_motions(skeleton: Skeleton, angles: FloatArray) -> FloatArray:
+    """Rigid motions of all bones as unit dual quaternions, (b, 8).
+
+    Parameters
+    ----------
+    skeleton : Skeleton
+    angles : (motions,)
+        Angle of each of the skeleton's motions in radians.
+    """
+    local = _rotations(skeleton.rotation_vectors(angles))  # (b, 4)
+    turns, heads = local.copy(), np.array(skeleton.heads)
+    depths = skeleton.ancestry.sum(axis=1)
+    for depth in range(2, int(depths.max()) + 1):
+        bones = np.flatnonzero(depths == depth)
+        parents = skeleton.parents[bones]
+        turns[bones] = _products(turns[parents], local[bones])  # no jump of sign along a chain
+        arms = skeleton.heads[bones] - skeleton.heads[parents]
+        heads[bones] = heads[parents] + _rotated(turns[parents], arms)
+    shift = np.zeros((skeleton.n_bones, 4))
+    shift[:, 1:] = heads - _rotated(turns, skeleton.heads)
+    return np.concatenate([turns, 0.5 * _products(shift, turns)], axis=1)
+
+
+def blend(points: FloatArray, weights: FloatArray, motions: FloatArray) -> FloatArray:
+    """Points (n, 3) moved by their blend (n, b) of unit dual quaternions (b, 8).
+
+    Dual-quaternion skinning: the blend of rotations is again a rotation, so that limbs keep their
+    thickness in a twist (Kavan, Collins, Žára, O'Sullivan 2008).
+    """
+    mixed = np.einsum("nb,bq->nq", weights, motions)  # the same bits whatever the BLAS
+    mixed = mixed / np.linalg.norm(mixed[:, :4], axis=1, keepdims=True)
+    turns, dual = mixed[:, :4], mixed[:, 4:]
+    conjugate = turns * np.array([1.0, -1.0, -1.0, -1.0])
+    shift = 2.0 * _products(dual, conjugate)[:, 1:]
+    moved: FloatArray = _rotated(turns, points) + shift
+    return moved
+
+
+def _partition(
+    parts: tuple[Part, ...], points: FloatArray, n_bones: int
+) -> tuple[FloatArray, FloatArray]:
+    """How much each vertex lies on the flesh of each bone, (n, b), and the radius there, (n,)."""
+    nearness = np.full((len(points), n_bones), np.inf)
+    radii = np.ones((len(points), n_bones))
+    for part in parts:
+        distance, radius = part_distance(part, points)
+        width = radius * part.thinness
+        nearer = distance < nearness[:, part.bone] * width
+        nearness[nearer, part.bone] = (distance / width)[nearer]
+        radii[nearer, part.bone] = radius[nearer]
+    best = nearness.argmin(axis=1)
+    lead = nearness - nearness.min(axis=1, keepdims=True)
+    owned = np.exp(-((lead / _CONTRAST) ** 2))
+    return owned / owned.sum(axis=1, keepdims=True), radii[np.arange(len(points)), best]
+
+
+class _Implicit:
+    """A factorised diffusion step."""
+
+    def __init__(self, matrix: csc_array, masses: FloatArray) -> None:
+        self._factors = splu(matrix, permc_spec="MMD_AT_PLUS_A", options={"SymmetricMode": True})
+        self._masses = masses
+
+    def solve(self, values: FloatArray) -> FloatArray:
+        """Values (n, b) after the step, their area-weighted mean unchanged."""
+        after: FloatArray = self._factors.solve(self._masses[:, None] * values)
+        return after
+
+
+def _diffusion(points: FloatArray, faces: IntArray, widths: FloatArray) -> _Implicit:
+    """(M + L) with conductances so that a step spreads over widths (n,)."""
+    n = len(points)
+    corners = points[faces]  # (m, 3, 3)
+    doubled = np.linalg.norm(
+        np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1
+    )
+    masses: FloatArray = np.asarray(
+        np.bincount(faces.ravel(), np.repeat(doubled / 6.0, 3), minlength=n), dtype=np.float64
+    )
+    rows, columns, values = [], [], []
+    for i in range(3):
+        j, k = (i + 1) % 3, (i + 2) % 3
+        first, second = corners[:, j] - corners[:, i], corners[:, k] - corners[:, i]
+        cotangent = np.clip((first * second).sum(axis=1) / doubled, 0.05, 20.0)
+        reach = (widths[faces[:, j]] + widths[faces[:, k]]) / 2.0
+        rows.append(faces[:, j])
+        columns.append(faces[:, k])
+        values.append(0.5 * cotangent * reach**2)
+    row, column, value = (np.concatenate(part) for part in (rows, columns, values))
+    edges = coo_array((value, (row, column)), shape=(n, n)).tocsc()
+    conductances = edges + edges.T
+    diagonal = masses + np.asarray(conductances.sum(axis=0), dtype=np.float64)  # (n,)
+    places = np.arange(n)
+    matrix = coo_array((diagonal, (places, places)), shape=(n, n)).tocsc() - conductances
+    return _Implicit(csc_array(matrix), masses)
+
+
+def _rotations(turns: FloatArray) -> FloatArray:
+    """Quaternions (b, 4) of rotation vectors (b, 3) in radians."""
+    half = np.linalg.norm(turns, axis=1, keepdims=True) / 2.0
+    return np.concatenate([np.cos(half), 0.5 * np.sinc(half / np.pi) * turns], axis=1)
+
+
+def _products(left: FloatArray, right: FloatArray) -> FloatArray:
+    """Quaternion products row by row, (n, 4)."""
+    a, u, b, v = left[:, :1], left[:, 1:], right[:, :1], right[:, 1:]
+    real = a * b - (u * v).sum(axis=1, keepdims=True)
+    return np.concatenate([real, a * v + b * u + np.cross(u, v)], axis=1)
+
+
+def _rotated(turns: FloatArray, points: FloatArray) -> FloatArray:
+    """Points (n, 3) turned by unit quaternions (n, 4)."""
+    axis = turns[:, 1:]
+    once = np.cross(axis, points) + turns[:, :1] * points
+    moved: FloatArray = points + 2.0 * np.cross(axis, once)
+    return moved

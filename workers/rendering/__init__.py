@@ -1,0 +1,1 @@
+"""Pictures of meshes: shaded or coloured by a function, as PNG."""

@@ -1,0 +1,1 @@
+"""Learning kernels and banks: pairs and variants in, models out."""

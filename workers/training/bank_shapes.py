@@ -1,0 +1,158 @@
+"""What a bank is learned from: descriptors of shapes and of their transformed copies."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from workers.errors import InsufficientTrainingDataError, InvalidRequestError
+from workers.geometry.arrays import (
+    BoolArray,
+    Float32Array,
+    FloatArray,
+    IntArray,
+    read_only,
+)
+from workers.retrieval.model import Model
+from workers.retrieval.points import unfound_points
+from workers.retrieval.trust import trust
+from workers.training.ranking_loss import RankingTerms
+
+CHUNK_QUERIES = 64
+
+
+@dataclass(frozen=True, eq=False)
+class BankShapes:
+    """Descriptors under a model of candidates.
+
+    Attributes
+    ----------
+    references : (g, d) float32
+        Of the shapes as they are: what is searched.
+    groups : tuple of str
+        Of each reference, its species or label: what is trained with or held out as one.
+    names : tuple of str
+        Of each reference.
+    lenient : tuple of bool
+        Of each reference: others of its group are no impostors, for a user's labels say that they
+        are alike. Individuals of a species are impostors, and hard ones.
+    queries : (q, d) float32
+        Of the transformed copies.
+    truth : (q,) int64
+        The reference that each is a copy of.
+    transformations : tuple of str
+    strengths : tuple of int
+        Of each query.
+    """
+
+    references: Float32Array
+    groups: tuple[str, ...]
+    names: tuple[str, ...]
+    lenient: tuple[bool, ...]
+    queries: Float32Array
+    truth: IntArray
+    transformations: tuple[str, ...]
+    strengths: tuple[int, ...]
+
+    def __post_init__(self) -> None:
+        """Check the sizes, and freeze the arrays."""
+        n_references, n_queries = len(self.references), len(self.queries)
+        of_references = {len(self.groups), len(self.names), len(self.lenient)}
+        of_queries = {len(self.truth), len(self.transformations), len(self.strengths)}
+        if of_references != {n_references} or of_queries != {n_queries}:
+            raise InvalidRequestError(
+                f"{n_references} references and {n_queries} queries were given, but properties of "
+                f"{sorted(of_references)} references and {sorted(of_queries)} queries"
+            )
+        object.__setattr__(self, "references", read_only(self.references, np.float32))
+        object.__setattr__(self, "queries", read_only(self.queries, np.float32))
+        object.__setattr__(self, "truth", read_only(self.truth, np.int64))
+
+    @property
+    def query_groups(self) -> tuple[str, ...]:
+        """Group of each query's reference."""
+        return tuple(self.groups[reference] for reference in self.truth)
+
+    @property
+    def excluded(self) -> BoolArray:
+        """Whether a reference is no impostor of a query though it is not its own, (q, g)."""
+        groups, lenient = np.array(self.groups), np.array(self.lenient)
+        alike: BoolArray = groups[self.truth][:, None] == groups  # (q, g)
+        alike &= lenient[self.truth][:, None] & lenient
+        alike[np.arange(len(self.truth)), self.truth] = False
+        return alike
+
+    @property
+    def importance(self) -> FloatArray:
+        """Share of each query, (q,): every transformation has the same, and in it every query."""
+        _, row, counts = np.unique(self.transformations, return_inverse=True, return_counts=True)
+        return 1.0 / (counts[row] * len(counts))
+
+
+def dissimilarities(shapes: BankShapes, candidates: Model) -> Float32Array:
+    """Dissimilarity D of every channel, (c, q, g), as `scan` has it: of most Σ |a - b|."""
+    found = np.empty(
+        (len(candidates.channels), len(shapes.queries), len(shapes.references)), dtype=np.float32
+    )
+    for channel, part in enumerate(candidates.slices.values()):
+        described = candidates.channels[channel]
+        if described.is_of_points:
+            rows, times = shapes.references[:, part], len(described.levels or ())
+            for number, query in enumerate(shapes.queries[:, part]):
+                found[channel, number] = unfound_points(query, rows, times)
+            continue
+        references = shapes.references[None, :, part]  # (1, g, d)
+        for start in range(0, len(shapes.queries), CHUNK_QUERIES):
+            queries = shapes.queries[start : start + CHUNK_QUERIES, None, part]  # (b, 1, d)
+            found[channel, start : start + CHUNK_QUERIES] = np.abs(queries - references).sum(axis=2)
+    return found
+
+
+def typical_scales(shapes: BankShapes, found: Float32Array) -> FloatArray:
+    """Median D between a copy and its own shape, (c,), to three digits.
+
+    Where most copies do not change a channel at all it is the median between different shapes;
+    0 where there is no difference either: such a channel tells nothing.
+    """
+    places = np.arange(len(shapes.truth))
+    own = np.median(found[:, places, shapes.truth], axis=1)  # (c,)
+    impostors = ~shapes.excluded
+    impostors[places, shapes.truth] = False
+    other = np.array([np.median(one[impostors]) if impostors.any() else 0.0 for one in found])
+    return np.array([float(f"{s:.3g}") for s in np.where(own > 0.0, own, other)])
+
+
+def ranking_terms(
+    shapes: BankShapes,
+    candidates: Model,
+    found: Float32Array,
+    scales: FloatArray,
+    *,
+    power: float,
+) -> RankingTerms:
+    """(D/s)^p of the channels with a scale above 0, in their order, and how each is trusted.
+
+    Channels that are scanned are alike; points are of another kind, and few.
+
+    Raises
+    ------
+    InsufficientTrainingDataError
+        There is no such channel: all shapes are the same.
+    """
+    useful = np.flatnonzero(scales > 0.0)
+    if len(useful) == 0:
+        raise InsufficientTrainingDataError(
+            f"all {len(shapes.references)} shapes are the same under every channel, so that there "
+            "is nothing to tell them apart by"
+        )
+    per_channel: Float32Array = scales[useful, None, None].astype(np.float32)
+    terms: Float32Array = np.power(found[useful] / per_channel, np.float32(power))
+    shares: Float32Array = trust(shapes.queries, candidates)[:, useful].T.astype(np.float32)
+    scanned = np.array([not channel.is_of_points for channel in candidates.channels])
+    return RankingTerms(
+        terms,
+        shapes.truth,
+        shapes.excluded,
+        shapes.importance,
+        alike=scanned[useful],
+        trust=None if np.all(shares == 1.0) else shares,
+    )

@@ -1,0 +1,145 @@
+"""A surface that is told how to turn or swell everywhere, and finds positions that fit best.
+
+The global step of as-rigid-as-possible deformation (Sorkine, Alexa: As-rigid-as-possible surface
+modeling, SGP 2007) for any field of linear maps, and its local step.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import sparse
+from scipy.sparse.linalg import splu
+
+from workers.geometry.arrays import BoolArray, FloatArray, IntArray
+from workers.geometry.mesh import TriangleMesh
+from workers.geometry.topology import directed_edges
+from workers.geometry.transfer import closest_points
+from workers.transformations.metric import length_graph, tethered_edges
+from workers.transformations.resampling import decimated
+
+LARGEST_SOLVED = 30_000  # vertices; a larger mesh follows a coarse one
+COARSE = 10_000  # vertices of that
+_WEIGHTS = (0.02, 5.0)  # cotangent weights are held within: all positive, no needle decides
+
+
+@dataclass(frozen=True, eq=False)
+class Deformation:
+    """Where a surface went.
+
+    Attributes
+    ----------
+    positions : (n, 3) float64
+        Of the vertices.
+    maps : (n, 3, 3) float64
+        Linear map of the surroundings of each vertex.
+    """
+
+    positions: FloatArray
+    maps: FloatArray
+
+
+class ElasticSurface:
+    """A mesh, its edges with cotangent weights, and the solver of the global step."""
+
+    def __init__(self, mesh: TriangleMesh) -> None:
+        """Weigh the edges and factorise."""
+        edges, tethers = tethered_edges(mesh)
+        self.mesh = mesh
+        self.edges = np.concatenate([edges, tethers])  # (e, 2)
+        weights = np.concatenate([_edge_weights(mesh, edges), np.ones(len(tethers))])
+        n, e = mesh.n_vertices, len(self.edges)
+        rows = np.arange(e)
+        ends = self.edges.T.ravel()
+        signs = np.repeat([1.0, -1.0], e)
+        self._difference = sparse.csr_array((signs, (np.tile(rows, 2), ends)), shape=(e, n))
+        self._weighted = sparse.csr_array(self._difference.T * weights)  # (n, e)
+        self._around = sparse.csr_array(abs(self._weighted))  # (n, e)
+        self.laplacian = sparse.csc_array(self._weighted @ self._difference)
+        self._vectors = self._difference @ mesh.vertices  # (e, 3)
+        self._global = _factorised(self.laplacian[1:, 1:])
+
+    @property
+    def graph(self) -> sparse.csr_array:
+        """Lengths of edges and tethers, (n, n)."""
+        return length_graph(self.mesh, self.edges)
+
+    def positions(self, maps: FloatArray) -> FloatArray:
+        """Positions (n, 3) whose edges are nearest to those mapped by (n, 3, 3) maps.
+
+        Each edge is mapped by the mean of its ends' maps; the mean of all vertices stays.
+        """
+        means = 0.5 * (maps[self.edges[:, 0]] + maps[self.edges[:, 1]])  # (e, 3, 3)
+        wanted = np.einsum("eij,ej->ei", means, self._vectors)
+        right = self._weighted @ wanted  # (n, 3)
+        found = np.zeros((self.mesh.n_vertices, 3))  # the first vertex is held at the origin
+        found[1:] = self._global(right[1:])
+        found += (self.mesh.vertices - found).mean(axis=0)
+        return found
+
+    def rotations(self, positions: FloatArray) -> FloatArray:
+        """Rotations (n, 3, 3) that fit the edges around each vertex best: the local step."""
+        now: FloatArray = self._difference @ positions  # (e, 3)
+        products = (now[:, :, None] * self._vectors[:, None, :]).reshape(-1, 9)  # (e, 9)
+        covariances = (self._around @ products).reshape(-1, 3, 3)
+        left, _, right = np.linalg.svd(covariances)
+        mirrored = np.linalg.det(left @ right) < 0  # (n,)
+        left[mirrored, :, 2] *= -1.0
+        rotations: FloatArray = left @ right
+        return rotations
+
+    def interpolate(self, held: BoolArray, values: FloatArray) -> FloatArray:
+        """Smoothest function (n, d) that has the values (n, d) where it is held, (n,)."""
+        free = np.flatnonzero(~held)
+        result = values.copy()
+        if len(free) and held.any():
+            rows = self.laplacian[free]
+            right = -(rows[:, np.flatnonzero(held)] @ values[held])
+            result[free] = _factorised(rows[:, free])(right)
+        return result
+
+
+def deformed(mesh: TriangleMesh, deform: Callable[[TriangleMesh], Deformation]) -> FloatArray:
+    """Positions (n, 3) of a mesh after a deformation that is found on at most 30,000 vertices.
+
+    A larger mesh follows a coarse copy: the maps at the closest point of it move each vertex.
+    """
+    if mesh.n_vertices <= LARGEST_SOLVED:
+        return deform(mesh).positions
+    coarse = decimated(mesh, 2 * COARSE).mesh
+    found = deform(coarse)
+    closest = closest_points(coarse, mesh.vertices)
+    offsets = mesh.vertices[:, None] - coarse.vertices[closest.corners]  # (n, 3, 3)
+    carried = np.einsum("ncij,ncj->nci", found.maps[closest.corners], offsets)
+    carried += found.positions[closest.corners]
+    return np.asarray(np.einsum("nc,nci->ni", closest.weights, carried), dtype=np.float64)
+
+
+def _edge_weights(mesh: TriangleMesh, edges: IntArray) -> FloatArray:
+    """Half the sum of the cotangents opposite to each edge, held within limits, (e,)."""
+    corners = mesh.vertices[mesh.faces]  # (m, 3, 3)
+    sides = np.roll(corners, -1, axis=1) - corners  # (m, 3, 3): ab, bc, ca
+    doubled = np.linalg.norm(mesh.face_normals, axis=1)  # (m,)
+    dots = -np.einsum("mci,mci->mc", np.roll(sides, -1, axis=1), np.roll(sides, -2, axis=1))
+    cotangents = dots / np.maximum(doubled, np.finfo(np.float64).tiny ** 0.5)[:, None]
+    halves = np.sort(directed_edges(mesh.faces), axis=1)  # (3m, 2)
+    which = np.searchsorted(_keys(edges, mesh.n_vertices), _keys(halves, mesh.n_vertices))
+    sums = np.bincount(which, 0.5 * np.clip(cotangents, -10.0, 10.0).T.ravel(), len(edges))
+    return np.clip(sums, *_WEIGHTS)
+
+
+def _keys(edges: IntArray, n_vertices: int) -> IntArray:
+    """One number (e,) an edge, ascending as the edges are sorted."""
+    keys: IntArray = edges[:, 0] * n_vertices + edges[:, 1]
+    return keys
+
+
+def _factorised(matrix: sparse.sparray) -> Callable[[FloatArray], FloatArray]:
+    """Solver of a symmetric positive definite system."""
+    factors = splu(
+        sparse.csc_array(matrix),
+        permc_spec="MMD_AT_PLUS_A",
+        diag_pivot_thresh=0.0,
+        options={"SymmetricMode": True},
+    )
+    return lambda right: np.asarray(factors.solve(right), dtype=np.float64)
