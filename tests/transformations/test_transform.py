@@ -24,7 +24,7 @@ from workers.transformations import (
 from workers.transformations.figure import draw_transformations
 from workers.transformations.strengths import TABLE, settings
 
-DOCUMENT = Path(__file__).parents[3] / "docs" / "transformations.md"
+DOCUMENT = Path(__file__).parents[2] / "docs" / "transformations.md"
 IN_PLACE = ("holes", "micro-holes", "partial", "view")  # vertices stay where they are
 WHOLE = ("isometry", "scale", "local-scale", "noise", "shot-noise", "affine")  # all are kept
 
