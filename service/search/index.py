@@ -1,8 +1,14 @@
-"""The matrix of one (collection, model), kept in step with the change feed.
+"""The matrix of one (collection, model), kept up to date with the change feed.
 
-Rows are only ever added; one that was deleted or replaced is marked in a mask that is copied,
-never changed. So a query reads a consistent snapshot without any lock while others update, and
-what is dead is dropped once it is a quarter of all.
+Rows are only ever added. A row whose shape was deleted or replaced is dead: it is marked in a new
+copy of the mask ``alive``. So a query reads its snapshot without a lock while others update the
+index. Dead rows are removed, in a new matrix, once they are a quarter of all rows.
+
+What a snapshot shares with the index never changes below the snapshot's n rows:
+
+- the matrix and the list of ids are only appended to, and replaced when rows are removed;
+- the mask is replaced at every change;
+- ``ShapeRows`` is only added to, and is asked for rows below n.
 """
 
 import threading
@@ -18,6 +24,7 @@ from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from service.search.cache_file import Identity, read_cache, write_cache
+from service.search.shape_rows import ShapeRows
 from workers.geometry.arrays import BoolArray, Float32Array, IntArray
 from workers.storage.change_feed import CHANGE, Change, changes_after
 from workers.storage.database import Database
@@ -25,28 +32,49 @@ from workers.storage.models import Counter
 
 log = structlog.get_logger(__name__)
 
-FIRST_ROWS = 256
-BATCH_ROWS = 5000
-SAVED_ROWS = 5000
-"""An index is written to its cache file when so many changes, and a quarter, are new."""
+
+@dataclass(frozen=True)
+class IndexSizes:
+    """How many rows an index handles at a time.
+
+    Attributes
+    ----------
+    first : int
+        Rows that an empty matrix has room for. So many dead rows are always kept.
+    batch : int
+        About how many changes are applied at a time.
+    saved : int
+        So many changes, and a quarter of the rows, must be new before the cache file is written.
+    """
+
+    first: int = 256
+    batch: int = 5000
+    saved: int = 5000
+
+
+DEFAULT_SIZES = IndexSizes()
 
 
 @dataclass(frozen=True, eq=False)
 class Snapshot:
-    """An index as it was when a query came.
+    """An index as it was when a query came; updates of the index do not change it.
 
     Attributes
     ----------
     matrix : (n, d) float32
+        One descriptor a row, dead rows among them.
     ids : sequence of at least n str
+        Shapes of the rows.
     alive : (n,) bool or None
         Which rows count; None for all n.
+    shape_rows : ShapeRows
+        Rows of the shapes; those from n on belong to later snapshots.
     """
 
     matrix: Float32Array
     ids: Sequence[str]
     alive: BoolArray | None
-    _row_of: dict[str, int]
+    shape_rows: ShapeRows
 
     @property
     def rows(self) -> IntArray:
@@ -55,8 +83,9 @@ class Snapshot:
 
     def rows_of(self, shape_ids: Iterable[str]) -> IntArray:
         """Rows of those of these shapes that are in it, ascending."""
-        found = (self._row_of.get(shape_id, -1) for shape_id in shape_ids)
-        rows = np.array(sorted(r for r in found if 0 <= r < len(self.matrix)), dtype=np.int64)
+        below = len(self.matrix)
+        found = (self.shape_rows.newest(shape_id, below=below) for shape_id in shape_ids)
+        rows = np.array(sorted(row for row in found if row is not None), dtype=np.int64)
         return rows if self.alive is None else rows[self.alive[rows]]
 
 
@@ -71,12 +100,22 @@ class SearchIndex:
         What it is of.
     path : Path
         Its cache file.
+    sizes : IndexSizes
+        When it grows, is saved and drops dead rows.
     """
 
-    def __init__(self, database: Database, identity: Identity, path: Path) -> None:
+    def __init__(
+        self,
+        database: Database,
+        identity: Identity,
+        path: Path,
+        *,
+        sizes: IndexSizes = DEFAULT_SIZES,
+    ) -> None:
         self.identity = identity
         self._database = database
         self._path = path
+        self._sizes = sizes
         self._lock = threading.Lock()
         self._loaded = False
         self._clear()
@@ -98,10 +137,10 @@ class SearchIndex:
                 if not self._loaded:
                     self._load()
                 self._follow(session)
-            if self._unsaved >= max(SAVED_ROWS, self._n // 4):
+            if self._unsaved >= max(self._sizes.saved, self._n // 4):
                 self._save()
             alive = self._alive[: self._n] if self._n_dead else None
-            return Snapshot(self._matrix[: self._n], self._ids, alive, self._row_of)
+            return Snapshot(self._matrix[: self._n], self._ids, alive, self._shape_rows)
 
     def save(self) -> None:
         """Write the cache file, if there is anything new in it."""
@@ -112,13 +151,14 @@ class SearchIndex:
     def _clear(self) -> None:
         self._number = 0
         self._unsaved = 0
-        self._set_rows([], np.empty((FIRST_ROWS, self.identity.dimension), dtype=np.float32))
+        empty = np.empty((self._sizes.first, self.identity.dimension), dtype=np.float32)
+        self._set_rows([], empty)
 
     def _set_rows(self, ids: list[str], matrix: Float32Array) -> None:
         self._ids = ids
         self._matrix = matrix  # (capacity, d)
         self._n = len(ids)
-        self._row_of = {shape_id: row for row, shape_id in enumerate(ids)}
+        self._shape_rows = ShapeRows(ids)
         self._alive: BoolArray = np.ones(len(matrix), dtype=np.bool_)
         self._n_dead = 0
 
@@ -143,42 +183,52 @@ class SearchIndex:
             model=self.identity.model,
             number=self._number,
         )
-        for batch in _batches(changes):
+        for batch in _batches(changes, self._sizes.batch):
             self._apply(batch)
             self._number = batch[-1].number
         self._number = max(self._number, latest)
 
     def _apply(self, changes: Sequence[Change]) -> None:
         newest = {change.shape_id: change.vector for change in changes}
-        width = 4 * self.identity.dimension
         fresh: list[tuple[str, bytes]] = []
         dead: list[int] = []
         for shape_id, vector in newest.items():
-            row = self._row_of.get(shape_id)
-            if vector is not None and len(vector) != width:
+            if vector is not None and len(vector) != 4 * self.identity.dimension:
                 log.error("descriptor of a wrong size", shape_id=shape_id, size=len(vector))
                 vector = None
+            row = self._row_of(shape_id)
             if row is not None and vector is not None and self._matrix[row].tobytes() == vector:
                 continue
             if row is not None:
                 dead.append(row)
-                del self._row_of[shape_id]
             if vector is not None:
                 fresh.append((shape_id, vector))
-        self._unsaved += len(fresh) + len(dead)
-        self._append(fresh)
-        self._bury(dead)
+        self._change(fresh, dead)
 
-    def _append(self, fresh: Sequence[tuple[str, bytes]]) -> None:
-        if not fresh:
-            return
+    def _row_of(self, shape_id: str) -> int | None:
+        """Row of a shape that is in the index now."""
+        row = self._shape_rows.newest(shape_id, below=self._n)
+        return row if row is not None and self._alive[row] else None
+
+    def _change(self, fresh: Sequence[tuple[str, bytes]], dead: Sequence[int]) -> None:
+        """Append rows and mark others dead.
+
+        Whatever may run out of memory comes first, so that a change is made whole or not at all.
+        """
         start, end = self._n, self._n + len(fresh)
         self._reserve(end)
+        alive = self._alive.copy() if dead else self._alive  # snapshots keep the old one
+        alive[list(dead)] = False
         block: NDArray[Any] = np.frombuffer(b"".join(v for _, v in fresh), dtype="<f4")
-        self._matrix[start:end] = block.reshape(len(fresh), -1)
+        self._matrix[start:end] = block.reshape(-1, self.identity.dimension)
         self._ids.extend(shape_id for shape_id, _ in fresh)
-        self._row_of.update((shape_id, start + i) for i, (shape_id, _) in enumerate(fresh))
-        self._n = end
+        for row, (shape_id, _) in enumerate(fresh, start):
+            self._shape_rows.add(shape_id, row)
+        self._n, self._alive = end, alive
+        self._n_dead += len(dead)
+        self._unsaved += len(fresh) + len(dead)
+        if self._n_dead > max(self._sizes.first, self._n // 4):
+            self._set_rows(*self._living())
 
     def _reserve(self, rows: int) -> None:
         """Make room, doubling it, so that growing costs a constant a row."""
@@ -189,15 +239,6 @@ class SearchIndex:
             alive = np.ones(capacity, dtype=np.bool_)
             alive[: self._n] = self._alive[: self._n]
             self._matrix, self._alive = matrix, alive
-
-    def _bury(self, dead: Sequence[int]) -> None:
-        if not dead:
-            return
-        self._alive = self._alive.copy()  # snapshots keep theirs
-        self._alive[dead] = False
-        self._n_dead += len(dead)
-        if self._n_dead > max(FIRST_ROWS, self._n // 4):
-            self._set_rows(*self._living())
 
     def _living(self) -> tuple[list[str], Float32Array]:
         rows = np.flatnonzero(self._alive[: self._n])
@@ -213,7 +254,7 @@ class SearchIndex:
                 ids=ids,
                 matrix=matrix,
                 number=self._number,
-                capacity=len(ids) + max(FIRST_ROWS, len(ids) // 2),
+                capacity=len(ids) + max(self._sizes.first, len(ids) // 2),
             )
         except OSError as error:
             log.warning("the search index's cache cannot be written", error=str(error))
@@ -230,11 +271,11 @@ def latest_change(session: Session) -> int:
     return session.scalar(select(Counter.value).where(Counter.name == CHANGE)) or 0
 
 
-def _batches(changes: Iterator[Change]) -> Iterator[list[Change]]:
+def _batches(changes: Iterator[Change], size: int) -> Iterator[list[Change]]:
     """Cut where the number changes, so that what one transaction did stays together."""
     batch: list[Change] = []
     for change in changes:
-        if len(batch) >= BATCH_ROWS and change.number != batch[-1].number:
+        if len(batch) >= size and change.number != batch[-1].number:
             yield batch
             batch = []
         batch.append(change)

@@ -1,7 +1,7 @@
 """The search index: in step with the change feed, whole at every moment, and rebuilt if damaged."""
 
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
@@ -9,22 +9,31 @@ import numpy as np
 import pytest
 from sqlalchemy import update
 
-import service.search.index as index_module
 from service.search.cache_file import Identity, read_cache, write_cache
-from service.search.index import SearchIndex, Snapshot
+from service.search.index import IndexSizes, SearchIndex
 from service.search.indexes import SearchIndexes, load_search_model
+from tests.service.indexed import (
+    DIMENSION,
+    Rows,
+    content,
+    draw,
+    forget,
+    found,
+    new_identity,
+    store,
+    vector_of,
+)
 from tests.service.running import closing_database, make_settings
 from workers.geometry.arrays import Float32Array
 from workers.storage.arrays import vector_to_bytes
 from workers.storage.collections import create_collection
 from workers.storage.database import Database
-from workers.storage.descriptors import forget_shapes, store_descriptors
+from workers.storage.descriptors import store_descriptors
 from workers.storage.identifiers import new_id
 from workers.storage.migrate import migrate
 from workers.storage.models import Counter, TrainedModel
 
-D = 5
-Rows = dict[str, bytes]
+Open = Callable[[], SearchIndex]
 
 
 @pytest.fixture
@@ -37,42 +46,28 @@ def database(tmp_path: Path) -> Iterator[Database]:
 
 @pytest.fixture
 def identity(database: Database) -> Identity:
-    with database.begin() as session:
-        row = create_collection(session, name="zoo", description="", model="heat")
-    return Identity(row.id, "heat", "f" * 64, D)
+    return new_identity(database, "zoo")
 
 
 @pytest.fixture
-def index(database: Database, identity: Identity, tmp_path: Path) -> SearchIndex:
-    return SearchIndex(database, identity, tmp_path / "cache" / identity.file_name)
+def path(identity: Identity, tmp_path: Path) -> Path:
+    return tmp_path / "cache" / identity.file_name
 
 
-def store(database: Database, identity: Identity, rows: Rows) -> None:
-    with database.begin() as session:
-        triples = [(shape_id, "heat", vector) for shape_id, vector in rows.items()]
-        store_descriptors(session, identity.collection_id, triples)
+@pytest.fixture
+def open_index(database: Database, identity: Identity, path: Path) -> Open:
+    return lambda: SearchIndex(database, identity, path)
 
 
-def forget(database: Database, ids: list[str]) -> None:
-    with database.begin() as session:
-        forget_shapes(session, ids)
-
-
-def draw(rng: np.random.Generator, count: int) -> Rows:
-    return {new_id(): vector_to_bytes(rng.normal(size=D).astype(np.float32)) for _ in range(count)}
-
-
-def content(snapshot: Snapshot) -> Rows:
-    return {snapshot.ids[row]: snapshot.matrix[row].tobytes() for row in snapshot.rows.tolist()}
-
-
-def reopened(index: SearchIndex) -> SearchIndex:
-    return SearchIndex(index._database, index.identity, index._path)
+@pytest.fixture
+def index(open_index: Open) -> SearchIndex:
+    return open_index()
 
 
 def test_any_history_ends_in_the_rows_of_the_database(
-    database: Database, identity: Identity, index: SearchIndex, rng: np.random.Generator
+    database: Database, identity: Identity, open_index: Open, rng: np.random.Generator
 ) -> None:
+    index = open_index()
     expected: Rows = {}
     for _ in range(60):
         ids = list(expected)
@@ -93,7 +88,7 @@ def test_any_history_ends_in_the_rows_of_the_database(
             assert content(index.snapshot()) == expected
         if rng.random() < 0.2:
             index.save()
-            index = reopened(index)
+            index = open_index()
     assert content(index.snapshot()) == expected
     assert index.n_rows == len(expected)
 
@@ -111,7 +106,7 @@ def test_a_snapshot_stays_as_it_was(
         index.save()
         assert content(snapshot) == rows
     some = list(rows)[17:19]
-    assert [snapshot.ids[row] for row in snapshot.rows_of([*some, "stranger"])] in (some, [])
+    assert found(snapshot, [*some, "stranger"]).keys() == set(some)
 
 
 def test_rows_of_a_snapshot_leave_out_what_was_deleted(
@@ -168,12 +163,11 @@ def test_a_descriptor_of_a_wrong_size_is_left_out(
 def test_a_large_index_is_mapped_from_its_file_and_grows_beyond_it(
     database: Database,
     identity: Identity,
-    index: SearchIndex,
+    path: Path,
+    open_index: Open,
     rng: np.random.Generator,
-    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr(index_module, "SAVED_ROWS", 100)
-    monkeypatch.setattr(index_module, "BATCH_ROWS", 30)
+    index = SearchIndex(database, identity, path, sizes=IndexSizes(batch=30, saved=100))
     expected: Rows = {}
     sizes = []
     for _ in range(12):
@@ -181,12 +175,12 @@ def test_a_large_index_is_mapped_from_its_file_and_grows_beyond_it(
         store(database, identity, fresh)
         expected |= fresh
         assert content(index.snapshot()) == expected
-        sizes.append(index._path.stat().st_size if index._path.exists() else 0)
+        sizes.append(path.stat().st_size if path.exists() else 0)
     assert len(set(sizes)) > 3
-    cached = read_cache(index._path, identity)
+    cached = read_cache(path, identity)
     assert cached is not None
     assert isinstance(cached.matrix.base, np.memmap)
-    assert content(reopened(index).snapshot()) == expected
+    assert content(open_index().snapshot()) == expected
 
 
 def test_what_is_added_to_a_mapping_never_reaches_the_file(tmp_path: Path) -> None:
@@ -206,16 +200,20 @@ def test_what_is_added_to_a_mapping_never_reaches_the_file(tmp_path: Path) -> No
 
 
 def test_any_damage_to_the_file_is_noticed_and_mended(
-    database: Database, identity: Identity, index: SearchIndex, rng: np.random.Generator
+    database: Database,
+    identity: Identity,
+    path: Path,
+    open_index: Open,
+    rng: np.random.Generator,
 ) -> None:
+    index = open_index()
     rows = draw(rng, 50)
     store(database, identity, rows)
     index.snapshot()
     index.save()
-    path = index._path
     whole = path.read_bytes()
     header = 16 + int.from_bytes(whole[8:16], "little")
-    used = [*range(header), *range(4096, 4096 + 36 * 50), *range(8192, 8192 + 4 * D * 50)]
+    used = [*range(header), *range(4096, 4096 + 36 * 50), *range(8192, 8192 + 4 * DIMENSION * 50)]
     for place in rng.choice(used, size=150, replace=False):
         damaged = bytearray(whole)
         damaged[place] ^= 1 << rng.integers(8)
@@ -223,13 +221,13 @@ def test_any_damage_to_the_file_is_noticed_and_mended(
         assert read_cache(path, identity) is None, f"a bit at {place} was not noticed"
     for cut in (0, 7, 20, 4096, 5000, len(whole) - 1):
         path.write_bytes(whole[:cut])
-        assert content(reopened(index).snapshot()) == rows
+        assert content(open_index().snapshot()) == rows
     path.write_bytes(whole + b"x")
     assert read_cache(path, identity) is None
     for other in (
-        Identity(new_id(), "heat", identity.fingerprint, D),
-        Identity(identity.collection_id, "heat", "e" * 64, D),
-        Identity(identity.collection_id, "heat", identity.fingerprint, D + 1),
+        Identity(new_id(), "heat", identity.fingerprint, DIMENSION),
+        Identity(identity.collection_id, "heat", "e" * 64, DIMENSION),
+        Identity(identity.collection_id, "heat", identity.fingerprint, DIMENSION + 1),
     ):
         path.write_bytes(whole)
         assert read_cache(path, other) is None
@@ -248,8 +246,9 @@ def test_without_a_place_for_its_file_an_index_works_all_the_same(
 
 
 def test_a_database_put_back_to_an_earlier_state_is_read_anew(
-    database: Database, identity: Identity, index: SearchIndex, rng: np.random.Generator
+    database: Database, identity: Identity, open_index: Open, rng: np.random.Generator
 ) -> None:
+    index = open_index()
     rows, lost = draw(rng, 5), draw(rng, 5)
     store(database, identity, rows)
     store(database, identity, lost)
@@ -261,7 +260,7 @@ def test_a_database_put_back_to_an_earlier_state_is_read_anew(
         session.execute(Descriptor.__table__.delete().where(Descriptor.shape_id.in_(lost)))  # type: ignore[attr-defined]
         session.execute(update(Counter).values(value=1))
     assert content(index.snapshot()) == rows
-    assert content(reopened(index).snapshot()) == rows
+    assert content(open_index().snapshot()) == rows
 
 
 def test_readers_see_whole_transactions_while_writers_work(
@@ -274,7 +273,7 @@ def test_readers_see_whole_transactions_while_writers_work(
     def write() -> None:
         for round_number in range(5):
             for first, second in pairs:
-                vector = vector_to_bytes(np.full(D, round_number, dtype=np.float32))
+                vector = vector_of(round_number)
                 store(database, identity, {first: vector, second: vector})
         done.set()
 
