@@ -7,7 +7,6 @@ import sys
 import threading
 import time
 import uuid
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -16,10 +15,8 @@ from alembic.autogenerate import compare_metadata
 from alembic.migration import MigrationContext
 from sqlalchemy import select, text
 
-from workers.errors import BlobNotFoundError
 from workers.settings import Settings
 from workers.storage.arrays import pack, unpack, vector_from_bytes, vector_to_bytes
-from workers.storage.blobs import BlobStore
 from workers.storage.database import Database
 from workers.storage.identifiers import new_id
 from workers.storage.migrate import migrate_schema, migration_config
@@ -106,28 +103,3 @@ def test_pickles_are_never_read() -> None:
     np.savez(buffer, a=np.array([{}], dtype=object))
     with pytest.raises(ValueError, match="allow_pickle"):
         unpack(buffer.getvalue())
-
-
-def test_blobs_replace_vanish_and_are_missed(blobs: BlobStore, tmp_path: Path) -> None:
-    blobs.put("a/b", b"one")
-    blobs.put("a/b", b"two")
-    source = tmp_path / "source"
-    source.write_bytes(b"three")
-    blobs.put_file("a/c", source)
-    assert (blobs.get("a/b"), blobs.get("a/c"), blobs.exists("a/c")) == (b"two", b"three", True)
-    assert not source.exists()
-    blobs.delete("a/b")
-    blobs.delete("a/b")
-    with pytest.raises(BlobNotFoundError, match="a/b"):
-        blobs.get("a/b")
-    with pytest.raises(BlobNotFoundError):
-        blobs.fetch("a/b", tmp_path / "target")
-    assert [p.name for p in (tmp_path / "blobs" / "a").iterdir()] == ["c"]
-
-
-def test_blobs_live_in_any_store_that_fsspec_reaches() -> None:
-    store = BlobStore(f"memory://{uuid.uuid4().hex}")
-    store.put("x/y", b"bytes")
-    assert store.get("x/y") == b"bytes"
-    store.delete("x/y")
-    assert not store.exists("x/y")

@@ -1,12 +1,16 @@
 """Immutable bytes under keys, on disk or in any store that fsspec reaches.
 
 Keys are made here alone, from content hashes and view keys: no name that a client gave
-ever becomes part of a path.
+ever becomes part of a path. What is stored in a folder survives a power cut once ``put`` has
+returned; what is stored elsewhere is as safe as that store says.
 """
 
 import os
 import shutil
 import uuid
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from datetime import datetime
 from pathlib import Path
 from typing import Any
 
@@ -14,50 +18,193 @@ import fsspec
 
 from workers.errors import BlobNotFoundError
 
+MESHES, ARCHIVES, CLEANED, THUMBNAILS = "meshes", "archives", "cleaned", "thumbnails"
+SPECTRA, EVALUATIONS = "spectra", "evaluations"
+MODIFIED = ("mtime", "LastModified", "last_modified", "updated", "created")
+"""Names under which file systems say when a file was last written."""
+
 
 def mesh_key(sha256: str) -> str:
-    """Key of a mesh as it was uploaded."""
-    return f"meshes/{sha256[:2]}/{sha256}"
+    """Key of a mesh as it was uploaded.
+
+    Parameters
+    ----------
+    sha256 : str
+        Of its bytes, 64 hexadecimal digits.
+
+    Returns
+    -------
+    ``meshes/ab/abcd…``
+    """
+    return f"{MESHES}/{sha256[:2]}/{sha256}"
 
 
 def archive_key(sha256: str) -> str:
-    """Key of an uploaded zip, kept until it is unpacked."""
-    return f"archives/{sha256[:2]}/{sha256}"
+    """Key of an uploaded zip, kept until it is unpacked and pruned.
+
+    Parameters
+    ----------
+    sha256 : str
+        Of its bytes.
+
+    Returns
+    -------
+    ``archives/ab/abcd…``
+    """
+    return f"{ARCHIVES}/{sha256[:2]}/{sha256}"
 
 
 def cleaned_key(sha256: str) -> str:
-    """Key of the cleaned mesh (npz)."""
-    return f"cleaned/{sha256[:2]}/{sha256}.npz"
+    """Key of the cleaned mesh (npz).
+
+    Parameters
+    ----------
+    sha256 : str
+        Of the uploaded mesh.
+
+    Returns
+    -------
+    ``cleaned/ab/abcd….npz``
+    """
+    return f"{CLEANED}/{sha256[:2]}/{sha256}.npz"
 
 
 def thumbnail_key(sha256: str) -> str:
-    """Key of the thumbnail (PNG)."""
-    return f"thumbnails/{sha256[:2]}/{sha256}.png"
+    """Key of the thumbnail (PNG).
+
+    Parameters
+    ----------
+    sha256 : str
+        Of the uploaded mesh.
+
+    Returns
+    -------
+    ``thumbnails/ab/abcd….png``
+    """
+    return f"{THUMBNAILS}/{sha256[:2]}/{sha256}.png"
 
 
 def spectrum_key(sha256: str, view_key: str) -> str:
-    """Key of the working mesh and its spectrum under one view (npz)."""
-    return f"spectra/{sha256[:2]}/{sha256}.{view_key}.npz"
+    """Key of the working mesh and its spectrum under one view (npz).
+
+    Parameters
+    ----------
+    sha256 : str
+        Of the uploaded mesh, or of one that a training made.
+    view_key : str
+        Digest of the view and of the solver's version.
+
+    Returns
+    -------
+    ``spectra/ab/abcd….<view key>.npz``
+    """
+    return f"{SPECTRA}/{sha256[:2]}/{sha256}.{view_key}.npz"
 
 
 def frame_key(evaluation_id: str, digest: str) -> str:
-    """Key of the shapes that an evaluation compares, by their digest (JSON)."""
-    return f"evaluations/{evaluation_id}/{digest}.json"
+    """Key of the shapes that an evaluation compares, by their digest (JSON).
+
+    Parameters
+    ----------
+    evaluation_id : str
+    digest : str
+        Of the shapes.
+
+    Returns
+    -------
+    ``evaluations/<id>/<digest>.json``
+    """
+    return f"{EVALUATIONS}/{evaluation_id}/{digest}.json"
 
 
 def ranking_key(evaluation_id: str, digest: str, number: int, start: int) -> str:
-    """Key of what these shapes, from a query on, found under the model of this number (JSON)."""
-    return f"evaluations/{evaluation_id}/{digest}.{number}.{start}.json"
+    """Key of what some queries of an evaluation found under one model (JSON).
+
+    Parameters
+    ----------
+    evaluation_id : str
+    digest : str
+        Of the shapes that are compared.
+    number : int
+        Place of the model in the evaluation, from 0.
+    start : int
+        Place of the first query.
+
+    Returns
+    -------
+    ``evaluations/<id>/<digest>.<number>.<start>.json``
+    """
+    return f"{EVALUATIONS}/{evaluation_id}/{digest}.{number}.{start}.json"
 
 
 def training_key(kind: str, digest: str) -> str:
-    """Key of what a training keeps of a pair (its moments) or a variant (its descriptor)."""
+    """Key of what a training keeps of a pair (its moments) or a variant (its descriptor).
+
+    Parameters
+    ----------
+    kind : {"pair", "variant"}
+    digest : str
+        Of all that it depends on.
+
+    Returns
+    -------
+    ``pairs/ab/abcd….npz`` or ``variants/ab/abcd….npz``
+    """
     return f"{kind}s/{digest[:2]}/{digest}.npz"
 
 
 def failure_key(kind: str, digest: str) -> str:
-    """Key of the reason why there is nothing of a pair or variant."""
+    """Key of the reason why there is nothing of a pair or variant (JSON).
+
+    Parameters
+    ----------
+    kind : {"pair", "variant"}
+    digest : str
+        Of all that it depends on.
+
+    Returns
+    -------
+    ``pairs/ab/abcd….failure.json`` or ``variants/ab/abcd….failure.json``
+    """
     return f"{kind}s/{digest[:2]}/{digest}.failure.json"
+
+
+def sync_path(path: Path) -> None:
+    """Wait until a file's bytes, or a folder's entries, are on the disk.
+
+    Parameters
+    ----------
+    path : Path
+        A file or a folder.
+
+    Raises
+    ------
+    OSError
+        It cannot be opened or synchronised.
+    """
+    descriptor = os.open(path, os.O_RDONLY)
+    try:
+        os.fsync(descriptor)
+    finally:
+        os.close(descriptor)
+
+
+@dataclass(frozen=True)
+class StoredBlob:
+    """A blob as a listing shows it.
+
+    Attributes
+    ----------
+    key : str
+    size : int
+        Bytes.
+    modified : float
+        When it was last stored, in seconds since 1970.
+    """
+
+    key: str
+    size: int
+    modified: float
 
 
 class BlobStore:
@@ -67,41 +214,77 @@ class BlobStore:
     ----------
     url : str
         An fsspec URL such as ``file:///var/lib/proteus`` or ``s3://bucket/prefix``.
+    sync : callable
+        Waits until a file or folder is on the disk; used where the URL is that of a folder.
     """
 
-    def __init__(self, url: str) -> None:
+    def __init__(self, url: str, *, sync: Callable[[Path], None] = sync_path) -> None:
         self._files, root = fsspec.core.url_to_fs(url)
         self._root: str = root.rstrip("/")
         self._local = "file" in _protocols(self._files)
+        self._sync = sync
+        self._durable: set[Path] = set()  # folders whose own entries were synchronised
 
     def put(self, key: str, data: bytes) -> None:
-        """Store these bytes, replacing what was there."""
+        """Store these bytes, replacing what was there; its age starts anew.
+
+        Parameters
+        ----------
+        key : str
+            Made by a function of this module.
+        data : bytes
+
+        Raises
+        ------
+        OSError
+            They cannot be written.
+        """
         if not self._local:
             self._files.pipe_file(self._path(key), data)
             return
         target = Path(self._path(key))
         partial = self._partial(target)
-        with partial.open("wb") as file:
-            file.write(data)
-            file.flush()
-            os.fsync(file.fileno())
-        os.replace(partial, target)
+        partial.write_bytes(data)
+        self._replace(partial, target)
 
     def put_file(self, key: str, source: Path) -> None:
-        """Store a file's bytes; the file itself is moved away or stays, see ``source`` as gone."""
+        """Store a file's bytes, replacing what was there; its age starts anew.
+
+        Parameters
+        ----------
+        key : str
+            Made by a function of this module.
+        source : Path
+            It stays where it is. On the same disk it may share its bytes with the blob, so it
+            must not be written to afterwards.
+
+        Raises
+        ------
+        OSError
+            The bytes cannot be read or written.
+        """
         if not self._local:
             self._files.put_file(str(source), self._path(key))
-            source.unlink(missing_ok=True)
             return
         target = Path(self._path(key))
         partial = self._partial(target)
-        shutil.move(source, partial)
-        with partial.open("rb") as file:
-            os.fsync(file.fileno())
-        os.replace(partial, target)
+        try:
+            os.link(source, partial)
+        except OSError:  # another disk, or one without links
+            shutil.copyfile(source, partial)
+        os.utime(partial)
+        self._replace(partial, target)
 
     def get(self, key: str) -> bytes:
         """Return the bytes under this key.
+
+        Parameters
+        ----------
+        key : str
+
+        Returns
+        -------
+        The bytes as they were stored.
 
         Raises
         ------
@@ -117,6 +300,12 @@ class BlobStore:
     def fetch(self, key: str, target: Path) -> None:
         """Copy the bytes under this key into a file.
 
+        Parameters
+        ----------
+        key : str
+        target : Path
+            The file; what was in it is replaced.
+
         Raises
         ------
         BlobNotFoundError
@@ -128,23 +317,131 @@ class BlobStore:
             raise BlobNotFoundError(f"no blob is stored under {key}") from None
 
     def exists(self, key: str) -> bool:
-        """Whether there are bytes under this key."""
+        """Whether there are bytes under this key.
+
+        Parameters
+        ----------
+        key : str
+
+        Returns
+        -------
+        True if there are.
+        """
         return bool(self._files.exists(self._path(key)))
 
     def delete(self, key: str) -> None:
-        """Forget the bytes under this key, if there are any."""
+        """Delete the bytes under this key, if there are any.
+
+        Parameters
+        ----------
+        key : str
+        """
         try:
             self._files.rm_file(self._path(key))
         except FileNotFoundError:
             return
 
+    def info(self, key: str) -> StoredBlob | None:
+        """Return size and age of a blob as they are now.
+
+        Parameters
+        ----------
+        key : str
+
+        Returns
+        -------
+        None if there is no such blob.
+        """
+        path = self._path(key)
+        self._files.invalidate_cache()  # a store that remembers listings would say what was
+        try:
+            found = self._files.info(path)
+        except FileNotFoundError:
+            return None
+        return StoredBlob(key, int(found["size"] or 0), self._modified(path, found))
+
+    def folders(self, prefix: str) -> list[str]:
+        """Folders below a prefix: listing one after another keeps the memory bounded.
+
+        Parameters
+        ----------
+        prefix : str
+            First part of keys, such as ``MESHES``.
+
+        Returns
+        -------
+        Prefixes such as ``meshes/ab``, in order.
+        """
+        found = self._entries(prefix)
+        return sorted(self._key(entry["name"]) for entry in found if entry["type"] == "directory")
+
+    def blobs(self, prefix: str) -> Iterator[StoredBlob]:
+        """List the blobs in a folder, partial ones of interrupted writes too.
+
+        Parameters
+        ----------
+        prefix : str
+            A folder, such as ``meshes/ab``; what lies deeper is not listed.
+
+        Yields
+        ------
+        Each blob, in the order of keys.
+        """
+        for entry in sorted(self._entries(prefix), key=lambda entry: str(entry["name"])):
+            if entry["type"] == "file":
+                path = entry["name"]
+                modified = self._modified(path, entry)
+                yield StoredBlob(self._key(path), int(entry["size"] or 0), modified)
+
+    def _entries(self, prefix: str) -> list[dict[str, Any]]:
+        self._files.invalidate_cache()
+        try:
+            found: list[dict[str, Any]] = self._files.ls(self._path(prefix), detail=True)
+        except FileNotFoundError:
+            return []
+        return found
+
+    def _modified(self, path: str, entry: Mapping[str, Any]) -> float:
+        """When a file was last written, from its entry or else by asking the store."""
+        for name in MODIFIED:
+            if isinstance(when := entry.get(name), datetime):
+                return when.timestamp()
+            if isinstance(when, int | float):
+                return float(when)
+        asked: datetime = self._files.modified(path)
+        return asked.timestamp()
+
     def _path(self, key: str) -> str:
         return f"{self._root}/{key}"
 
-    @staticmethod
-    def _partial(target: Path) -> Path:
-        target.parent.mkdir(parents=True, exist_ok=True)
+    def _key(self, path: str) -> str:
+        return path.removeprefix(f"{self._root}/").removeprefix(f"{self._root.lstrip('/')}/")
+
+    def _partial(self, target: Path) -> Path:
+        """Return the name of a new file beside the target, in a folder that a power cut spares."""
+        self._make_folder(target.parent)
         return target.with_name(f".{target.name}.{uuid.uuid4().hex}")
+
+    def _replace(self, partial: Path, target: Path) -> None:
+        """Give a file its name, so that after a power cut it has it, with all its bytes."""
+        self._sync(partial)
+        os.replace(partial, target)
+        self._sync(target.parent)
+
+    def _make_folder(self, folder: Path) -> None:
+        """Make a folder and those above it.
+
+        Each folder's entry is synchronised at its first use in this process, whoever made it:
+        another process may have made it just now, and not be as far yet.
+        """
+        root = Path(self._root)
+        if folder.is_dir() and (folder in self._durable or not folder.is_relative_to(root)):
+            return
+        self._make_folder(folder.parent)
+        folder.mkdir(exist_ok=True)
+        if os.access(folder.parent, os.R_OK):  # else it is not ours, nor is what stands in it
+            self._sync(folder.parent)
+        self._durable.add(folder)
 
 
 def _protocols(files: Any) -> tuple[str, ...]:
