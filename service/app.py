@@ -104,6 +104,7 @@ def _lifespan(settings: Settings) -> Lifespan:
         await run_in_threadpool(_tidy, services)
         yield
         await run_in_threadpool(_close, services)
+        app.state.gate.close()
 
     return lifespan
 

@@ -19,10 +19,15 @@ class BrokerWatch:
     ----------
     ask : callable
         Whether it is alive; may take long.
+    patience_seconds : float
+        How long one asker waits for an answer.
     """
 
-    def __init__(self, ask: Callable[[], bool]) -> None:
+    def __init__(
+        self, ask: Callable[[], bool], *, patience_seconds: float = PATIENCE_SECONDS
+    ) -> None:
         self._ask = ask
+        self._patience_seconds = patience_seconds
         self._pool = ThreadPoolExecutor(1, thread_name_prefix="broker-watch")
         self._lock = threading.Lock()
         self._asked: Future[bool] | None = None
@@ -37,7 +42,7 @@ class BrokerWatch:
                 self._asked_at = time.monotonic()
             asked = self._asked
         try:
-            return asked.result(timeout=PATIENCE_SECONDS)
+            return asked.result(timeout=self._patience_seconds)
         except NotYet:
             return False
 

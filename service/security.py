@@ -6,21 +6,19 @@ secret of 256 random bits. Without keys in the settings everything is open.
 
 import hashlib
 import hmac
-import math
+import ipaddress
 import re
 import secrets
-import time
 from collections.abc import Callable, Coroutine, Iterable, Mapping
 from dataclasses import dataclass
 from typing import Annotated, Any, Literal
 
 from fastapi import Depends, Request, Security
+from fastapi.concurrency import run_in_threadpool
 from fastapi.security import HTTPAuthorizationCredentials, HTTPBearer
-from limits import RateLimitItem, parse
-from limits.storage import MemoryStorage
-from limits.strategies import MovingWindowRateLimiter
 
 from service.errors import RefusedError
+from service.rates import open_counts, read_rate
 from workers.settings import Settings, SettingsError
 
 Scope = Literal["read", "write", "admin"]
@@ -34,6 +32,9 @@ SCOPES: Mapping[str, frozenset[str]] = {
 PREFIX = "proteus"
 IDENTIFIER = re.compile(r"[a-z0-9-]{1,40}")
 DIGEST = re.compile(r"[0-9a-f]{64}")
+NEEDS_KEY = "a key is needed: Authorization: Bearer proteus_<id>_<secret>"
+IPV6_CLIENT_BITS = 64
+"""One client of IPv6 has a whole network of so many leading bits, not one address."""
 
 bearer = HTTPBearer(
     auto_error=False,
@@ -102,23 +103,26 @@ def parse_keys(setting: str) -> dict[str, ApiKey]:
 class Gate:
     """Lets requests in: by key, if there are keys, and as many as a client may make.
 
+    Every request is counted, whether its key is good or not. Wrong secrets are counted a second
+    time, by the client's address and the key that they were tried for. Beyond the limit the
+    secret is not looked at any more, so that the answer does not tell which guess was right.
+
     Raises
     ------
     SettingsError
-        The keys or the rate limit cannot be read.
+        The keys or a rate cannot be read.
     """
 
     def __init__(self, settings: Settings) -> None:
         self._keys = parse_keys(settings.api_keys)
-        self._limit: RateLimitItem | None = None
-        if settings.rate_limit:
-            try:
-                self._limit = parse(settings.rate_limit)
-            except ValueError:
-                raise SettingsError(
-                    f"PROTEUS_RATE_LIMIT is {settings.rate_limit!r}, expected e.g. 600/minute"
-                ) from None
-            self._limiter = MovingWindowRateLimiter(MemoryStorage())
+        self._rate = read_rate("PROTEUS_RATE_LIMIT", settings.rate_limit)
+        self._attempts = read_rate("PROTEUS_KEY_ATTEMPTS", settings.key_attempts)
+        self._counts = open_counts(settings)
+
+    @property
+    def may_wait(self) -> bool:
+        """Whether `admit` may wait for Redis."""
+        return self._counts.may_wait
 
     def admit(self, token: str | None, scope: Scope, *, address: str) -> None:
         """Let a request in, or refuse it.
@@ -126,11 +130,19 @@ class Gate:
         Raises
         ------
         RefusedError
-            401 without a valid key, 403 where it does not allow this, 429 when it asks too often.
+            401 without a valid key, 403 where it does not allow this, 429 when the client asks
+            too often or has tried too many wrong keys.
         """
-        key = self._find(token) if self._keys else None
-        self._count(f"key {key.identifier}" if key else f"address {address}")
-        if key is not None and scope not in key.scopes:
+        client = _network_of(address)
+        if not self._keys:
+            self._count(f"address {client}")
+            return
+        key = None if token is None else self._check(token, client)
+        self._count(f"key {key.identifier}" if key else f"address {client}")
+        if key is None:
+            detail = "the key is not valid" if token is not None else NEEDS_KEY
+            raise RefusedError("unauthorized", 401, detail, {"WWW-Authenticate": "Bearer"})
+        if scope not in key.scopes:
             raise RefusedError(
                 "forbidden",
                 403,
@@ -138,29 +150,28 @@ class Gate:
                 f"{', '.join(sorted(key.scopes))}",
             )
 
-    def _find(self, token: str | None) -> ApiKey:
-        challenge = {"WWW-Authenticate": "Bearer"}
-        if token is None:
-            detail = "a key is needed: Authorization: Bearer proteus_<id>_<secret>"
-            raise RefusedError("unauthorized", 401, detail, challenge)
+    def close(self) -> None:
+        """Let go of what the counts need."""
+        self._counts.close()
+
+    def _check(self, token: str, client: str) -> ApiKey | None:
+        """Return the key of a token, or None and count the attempt."""
         parts = token.split("_", 2)
-        key = self._keys.get(parts[1]) if len(parts) == 3 and parts[0] == PREFIX else None
-        known = key.digest if key is not None else "0" * 64
-        if not hmac.compare_digest(_digest(token), known) or key is None:
-            raise RefusedError("unauthorized", 401, "the key is not valid", challenge)
-        return key
+        named = self._keys.get(parts[1]) if len(parts) == 3 and parts[0] == PREFIX else None
+        attempt = f"attempt {client} {named.identifier if named else ''}"
+        if self._attempts is not None and (wait := self._counts.look(self._attempts, attempt)):
+            detail = f"at most {self._attempts} wrong keys may be tried; try again in {wait} s"
+            raise _too_many(detail, wait)
+        known = named.digest if named is not None else "0" * 64
+        if hmac.compare_digest(_digest(token), known):
+            return named
+        if self._attempts is not None:
+            self._counts.take(self._attempts, attempt)
+        return None
 
     def _count(self, client: str) -> None:
-        if self._limit is None or self._limiter.hit(self._limit, client):
-            return
-        until = self._limiter.get_window_stats(self._limit, client).reset_time
-        seconds = max(1, math.ceil(until - time.time()))
-        raise RefusedError(
-            "too-many-requests",
-            429,
-            f"at most {self._limit} are allowed; try again in {seconds} s",
-            {"Retry-After": str(seconds)},
-        )
+        if self._rate is not None and (wait := self._counts.take(self._rate, client)):
+            raise _too_many(f"at most {self._rate} are allowed; try again in {wait} s", wait)
 
 
 def requires(scope: Scope) -> Any:
@@ -173,7 +184,10 @@ def requires(scope: Scope) -> Any:
         gate: Gate = request.app.state.gate
         address = request.client.host if request.client else "local"
         token = credentials.credentials if credentials else None
-        gate.admit(token, scope, address=address)
+        if gate.may_wait:
+            await run_in_threadpool(gate.admit, token, scope, address=address)
+        else:
+            gate.admit(token, scope, address=address)
 
     dependency: Callable[..., Coroutine[Any, Any, None]] = admit
     return Depends(dependency)
@@ -186,3 +200,20 @@ ADMINISTERS = requires("admin")
 
 def _digest(token: str) -> str:
     return hashlib.sha256(token.encode(errors="surrogatepass")).hexdigest()
+
+
+def _network_of(address: str) -> str:
+    """Return what stands for a client: its IPv4 address, its IPv6 network, or the text itself."""
+    try:
+        known = ipaddress.ip_address(address)
+    except ValueError:
+        return address[:100]
+    if isinstance(known, ipaddress.IPv4Address):
+        return str(known)
+    if known.ipv4_mapped is not None:
+        return str(known.ipv4_mapped)
+    return str(ipaddress.ip_network((int(known), IPV6_CLIENT_BITS), strict=False))
+
+
+def _too_many(detail: str, seconds: int) -> RefusedError:
+    return RefusedError("too-many-requests", 429, detail, {"Retry-After": str(seconds)})

@@ -82,6 +82,12 @@ class Settings(BaseSettings):
 
     api_keys: str = Field("", description="id:sha256:scope+scope, comma-separated; empty: open")
     rate_limit: str = Field("", description="requests a client may make, e.g. 600/minute")
+    key_attempts: str = Field(
+        "100/minute", description="wrong secrets an address may try for one key; empty: any number"
+    )
+    trusted_proxies: str = Field(
+        "", description="proxies whose X-Forwarded-For is believed: addresses or networks, or *"
+    )
     log_level: Literal["debug", "info", "warning", "error"] = Field("info", description="verbosity")
     log_format: Literal["auto", "console", "json"] = Field("auto", description="form of log lines")
 
@@ -124,7 +130,16 @@ class Settings(BaseSettings):
     @cached_property
     def resolved_broker_url(self) -> str:
         """The broker's URL, the bundled server's socket unless another is set."""
-        return self.broker_url or f"redis+socket://{self.runtime_path / 'broker.sock'}"
+        return self.broker_url or self._embedded_broker_url
+
+    @cached_property
+    def has_embedded_broker(self) -> bool:
+        """Whether the broker is the bundled server, which one API process has for itself."""
+        return self.resolved_broker_url == self._embedded_broker_url
+
+    @property
+    def _embedded_broker_url(self) -> str:
+        return f"redis+socket://{self.runtime_path / 'broker.sock'}"
 
     @cached_property
     def resolved_blob_url(self) -> str:

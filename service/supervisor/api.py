@@ -21,7 +21,13 @@ def run_api(settings: Settings, *, listener: socket.socket | None = None) -> Non
         A bound, listening socket. The supervisor keeps it open, so that clients wait, and are
         not refused, while a dead API starts again.
     """
-    config = uvicorn.Config(
+    server = uvicorn.Server(api_config(settings))
+    server.run(sockets=None if listener is None else [listener])
+
+
+def api_config(settings: Settings) -> uvicorn.Config:
+    """Return how uvicorn serves the API; it believes forwarded addresses of named proxies only."""
+    return uvicorn.Config(
         "service.app:create_app",
         factory=True,
         host=settings.host,
@@ -29,9 +35,10 @@ def run_api(settings: Settings, *, listener: socket.socket | None = None) -> Non
         log_config=None,
         log_level=settings.log_level,
         access_log=False,
+        proxy_headers=bool(settings.trusted_proxies),
+        forwarded_allow_ips=settings.trusted_proxies,
         timeout_graceful_shutdown=GRACE_SECONDS,
     )
-    uvicorn.Server(config).run(sockets=None if listener is None else [listener])
 
 
 def main() -> None:

@@ -23,7 +23,7 @@ from workers.storage.models import Part
 
 with warnings.catch_warnings():
     warnings.simplefilter("ignore")  # of Starlette, which would rather have another client library
-    from fastapi.testclient import TestClient
+    from fastapi.testclient import TestClient as TestClient
 
 Json = dict[str, Any]
 SOLVED = "blobs/spectra"

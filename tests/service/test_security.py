@@ -1,12 +1,15 @@
 """Keys, scopes and rates: who may do what, and how often."""
 
+from pathlib import Path
+
 import pytest
 
 from service.app import create_app
-from service.security import new_key, parse_keys
+from service.errors import RefusedError
+from service.security import Gate, new_key, parse_keys
 from tests.service.conftest import Start
 from tests.service.running import Api, make_settings
-from workers.settings import SettingsError
+from workers.settings import Settings, SettingsError
 
 SHAPE = "/v1/shapes/0199b1c4-6d0e-7c5a-b1f2-3d4e5f6a7b8c"
 QUERY = "/v1/queries/0199b1c4-6d0e-7c5a-b1f2-3d4e5f6a7b8c"
@@ -54,6 +57,10 @@ def keys(start: Start) -> tuple[Api, dict[str, str]]:
     made = {scope: new_key(f"{scope}-1", [scope]) for scope in ALLOWED}
     api = start(api_keys=", ".join(setting for _, setting in made.values()))
     return api, {scope: token for scope, (token, _) in made.items()}
+
+
+def bearer(token: str | None) -> dict[str, str]:
+    return {} if token is None else {"Authorization": f"Bearer {token}"}
 
 
 def test_every_operation_asks_for_its_scope(keys: tuple[Api, dict[str, str]]) -> None:
@@ -135,11 +142,10 @@ def test_keys_that_cannot_be_read_refuse_to_start(setting: str) -> None:
         parse_keys(setting)
 
 
-def test_a_rate_that_cannot_be_read_refuses_to_start(
-    tmp_path_factory: pytest.TempPathFactory,
-) -> None:
-    settings = make_settings(tmp_path_factory.mktemp("rates"), rate_limit="often")
-    with pytest.raises(SettingsError, match="PROTEUS_RATE_LIMIT"):
+@pytest.mark.parametrize("name", ["rate_limit", "key_attempts"])
+def test_a_rate_that_cannot_be_read_refuses_to_start(name: str, tmp_path: Path) -> None:
+    settings = make_settings(tmp_path, **{name: "often"})
+    with pytest.raises(SettingsError, match=f"PROTEUS_{name.upper()}"):
         create_app(settings)
 
 
@@ -156,6 +162,62 @@ def test_who_asks_too_often_is_told_when_to_come_back(start: Start) -> None:
     api.get("/v1/models", headers=second)
     for _ in range(5):
         api.get("/healthz")
+
+
+def test_requests_with_a_bad_key_are_counted_too(start: Start) -> None:
+    token, setting = new_key("a", ["read"])
+    api = start(api_keys=setting, rate_limit="3/hour")
+    for given in (None, f"{token}x", "nonsense"):
+        api.get("/v1/models", 401, headers=bearer(given))
+    answer = api.client.get("/v1/models", headers=bearer(f"{token}y"))
+    assert (answer.status_code, answer.json()["type"]) == (429, "/problems/too-many-requests")
+    assert 3500 < int(answer.headers["Retry-After"]) <= 3600
+    api.get("/v1/models", headers=bearer(token))  # who has a key is counted by it
+
+
+def test_a_secret_is_not_looked_at_once_too_many_were_tried(start: Start) -> None:
+    made = {name: new_key(name, ["read"]) for name in ("a", "b")}
+    api = start(api_keys=",".join(setting for _, setting in made.values()), key_attempts="3/hour")
+    right = made["a"][0]
+    for number in range(3):
+        api.get("/v1/models", headers=bearer(right))
+        api.get("/v1/models", 401, headers=bearer(f"{right}{number}"))
+    answer = api.client.get("/v1/models", headers=bearer(right))
+    assert answer.status_code == 429  # else the answer would tell that the guess was right
+    assert 3500 < int(answer.headers["Retry-After"]) <= 3600
+    assert "wrong keys" in answer.json()["detail"]
+    api.get("/v1/models", headers=bearer(made["b"][0]))  # one client's slip shuts out no other key
+    for _ in range(5):
+        api.get("/v1/models", 401)  # no key at all is no guess
+
+
+def test_by_default_wrong_keys_have_a_limit(start: Start) -> None:
+    token, setting = new_key("a", ["read"])
+    api = start(api_keys=setting)
+    statuses = [
+        api.client.get("/v1/models", headers=bearer(f"{token}{number}")).status_code
+        for number in range(101)
+    ]
+    assert statuses == [401] * 100 + [429]
+
+
+def test_attempts_are_the_addresss_own_and_a_network_of_ipv6_is_one() -> None:
+    token, setting = new_key("a", ["read"])
+    gate = Gate(Settings(api_keys=setting, key_attempts="1/hour"))
+
+    def status(address: str, given: str = f"{token}x") -> int:
+        try:
+            gate.admit(given, "read", address=address)
+        except RefusedError as error:
+            return error.status
+        return 200
+
+    assert [status("192.0.2.1"), status("192.0.2.1", token)] == [401, 429]
+    assert [status("192.0.2.2", token), status("::ffff:192.0.2.1")] == [200, 429]
+    assert [status("2001:db8::1"), status("2001:db8::ffff"), status("2001:db8:0:1::1")] == [
+        *(401, 429, 401)
+    ]
+    assert [status("a name"), status("a name"), status("another")] == [401, 429, 401]
 
 
 def test_without_keys_rates_count_by_address(start: Start) -> None:
