@@ -26,7 +26,7 @@ from sqlalchemy.orm import Session
 from service.search.cache_file import Identity, read_cache, write_cache
 from service.search.shape_rows import ShapeRows
 from workers.geometry.arrays import BoolArray, Float32Array, IntArray
-from workers.storage.change_feed import CHANGE, Change, changes_after
+from workers.storage.change_feed import CHANGE, Change, changes_after, pruned_up_to
 from workers.storage.database import Database
 from workers.storage.models import Counter
 
@@ -170,13 +170,18 @@ class SearchIndex:
         self._loaded = True
 
     def _follow(self, session: Session) -> None:
-        """Apply the changes since the last one that was seen."""
+        """Apply the changes since the last one that was seen.
+
+        Deletions are pruned after some days. An index that has not seen one of those reads all
+        anew; that is asked after the changes, and the number is raised after that.
+        """
         latest = latest_change(session)
         if latest < self._number:
             log.warning("the database is older than the index, which is read anew")
             self._clear()
         if latest == self._number:
             return
+        may_lack_deletions = self._n > 0
         changes = changes_after(
             session,
             collection_id=self.identity.collection_id,
@@ -185,8 +190,17 @@ class SearchIndex:
         )
         for batch in _batches(changes, self._sizes.batch):
             self._apply(batch)
-            self._number = batch[-1].number
-        self._number = max(self._number, latest)
+            latest = max(latest, batch[-1].number)
+        if may_lack_deletions and self._number < self._pruned_up_to(session):
+            log.info("deletions were pruned that the index has not seen, so it is read anew")
+            self._clear()
+            self._follow(session)
+            return
+        self._number = latest
+
+    def _pruned_up_to(self, session: Session) -> int:
+        identity = self.identity
+        return pruned_up_to(session, collection_id=identity.collection_id, model=identity.model)
 
     def _apply(self, changes: Sequence[Change]) -> None:
         newest = {change.shape_id: change.vector for change in changes}

@@ -1,6 +1,7 @@
 """The search index: in step with the change feed, whole at every moment, and rebuilt if damaged."""
 
 import threading
+import time
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
@@ -26,6 +27,7 @@ from tests.service.indexed import (
 from tests.service.running import closing_database, make_settings
 from workers.geometry.arrays import Float32Array
 from workers.storage.arrays import vector_to_bytes
+from workers.storage.change_feed import prune_deletions
 from workers.storage.collections import create_collection
 from workers.storage.database import Database
 from workers.storage.descriptors import store_descriptors
@@ -261,6 +263,28 @@ def test_a_database_put_back_to_an_earlier_state_is_read_anew(
         session.execute(update(Counter).values(value=1))
     assert content(index.snapshot()) == rows
     assert content(open_index().snapshot()) == rows
+
+
+def test_an_index_that_missed_a_pruned_deletion_is_read_anew(
+    database: Database, identity: Identity, rng: np.random.Generator, tmp_path: Path
+) -> None:
+    """Whether it is in memory, comes from its file, or has seen the deletion."""
+    asleep, awake = (SearchIndex(database, identity, tmp_path / name) for name in ("a", "b"))
+    rows, later = draw(rng, 6), draw(rng, 2)
+    store(database, identity, rows)
+    for index in (asleep, awake):
+        assert content(index.snapshot()) == rows
+        index.save()
+    gone, *left = rows
+    forget(database, [gone])
+    expected = {shape_id: rows[shape_id] for shape_id in left}
+    assert content(awake.snapshot()) == expected
+    with database.begin() as session:
+        assert prune_deletions(session, time.time() + 1, limit=10) == 1
+    assert content(asleep.snapshot()) == expected
+    assert content(SearchIndex(database, identity, tmp_path / "a").snapshot()) == expected
+    store(database, identity, later)
+    assert content(awake.snapshot()) == content(asleep.snapshot()) == expected | later
 
 
 def test_readers_see_whole_transactions_while_writers_work(

@@ -5,7 +5,13 @@ import time
 from pathlib import Path
 
 from tests.storage.rows import make_collection, make_shape
-from workers.storage.change_feed import changes_after, next_change
+from workers.storage.change_feed import (
+    changes_after,
+    count_deletions,
+    next_change,
+    prune_deletions,
+    pruned_up_to,
+)
 from workers.storage.database import Database
 from workers.storage.descriptors import (
     forget_shapes,
@@ -96,3 +102,49 @@ def test_undescribed_are_those_found_now_but_not_under_the_other_model(
         assert undescribed_shapes(session, zoo, "commute-time", with_failed=True) == [old]
         forget_shapes(session, [both])
         assert undescribed_shapes(session, zoo, "commute-time", with_failed=True) == [old]
+
+
+def test_old_deletions_are_pruned_and_the_newest_of_them_is_noted(database: Database) -> None:
+    with database.begin() as session:
+        zoo, park = make_collection(session), make_collection(session, "park")
+        shapes = [make_shape(session, zoo, n) for n in range(4)]
+        other = make_shape(session, park, 1)
+        store_descriptors(session, zoo.id, [(shape, "heat", b"1234") for shape in shapes])
+        store_descriptors(session, park.id, [(other, "heat", b"1234")])
+    for shape in shapes[:3]:
+        with database.begin() as session:
+            delete_shape(session, shape)
+    before = time.time()
+    with database.begin() as session:
+        assert count_deletions(session, before - 60) == 0
+        assert prune_deletions(session, before - 60, limit=10) == 0
+        assert count_deletions(session, before) == 3
+        assert [prune_deletions(session, before, limit=2) for _ in range(3)] == [2, 1, 0]
+    assert feed(database, zoo.id) == [(shapes[3], b"1234")]
+    with database.read() as session:
+        assert pruned_up_to(session, collection_id=zoo.id, model="heat") == 5
+        assert pruned_up_to(session, collection_id=park.id, model="heat") == 0
+
+
+def test_deletions_of_a_collection_that_is_gone_are_pruned_too(database: Database) -> None:
+    with database.begin() as session:
+        zoo = make_collection(session)
+        shape = make_shape(session, zoo, 1)
+        store_descriptors(session, zoo.id, [(shape, "heat", b"1234")])
+        delete_shape(session, shape)
+        session.delete(zoo)
+    with database.begin() as session:
+        assert prune_deletions(session, time.time() + 1, limit=10) == 1
+    with database.read() as session:
+        assert pruned_up_to(session, collection_id=zoo.id, model="heat") == 0
+
+
+def test_a_descriptor_that_is_there_again_is_no_deletion(database: Database) -> None:
+    with database.begin() as session:
+        zoo = make_collection(session)
+        shape = make_shape(session, zoo, 1)
+        store_descriptors(session, zoo.id, [(shape, "heat", b"1234")])
+        forget_shapes(session, [shape])
+        store_descriptors(session, zoo.id, [(shape, "heat", b"1234")])
+        assert prune_deletions(session, time.time() + 1, limit=10) == 0
+    assert feed(database, zoo.id) == [(shape, b"1234")]

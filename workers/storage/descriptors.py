@@ -23,7 +23,12 @@ def store_descriptors(
                 session,
                 Descriptor,
                 {"shape_id": shape_id, "model": model},
-                {"collection_id": collection_id, "change": number, "vector": vector},
+                {
+                    "collection_id": collection_id,
+                    "change": number,
+                    "vector": vector,
+                    "deleted_at": None,
+                },
             )
 
 
@@ -32,7 +37,7 @@ def forget_shapes(session: Session, shape_ids: Sequence[str]) -> None:
     session.execute(
         update(Descriptor)
         .where(Descriptor.shape_id.in_(shape_ids))
-        .values(vector=None, change=next_change(session))
+        .values(vector=None, change=next_change(session), deleted_at=time.time())
     )
 
 

@@ -15,6 +15,7 @@ from sqlalchemy import (
     String,
     Text,
     UniqueConstraint,
+    text,
 )
 from sqlalchemy.orm import DeclarativeBase, Mapped, mapped_column
 
@@ -80,7 +81,10 @@ class CollectionModel(Base):
 
 
 class Job(Base):
-    """Long work as its client sees it; the parts below it are what workers claim."""
+    """Long work as its client sees it; the parts below it are what workers claim.
+
+    ``result`` is what the work found out, where that is stored nowhere else.
+    """
 
     __tablename__ = "jobs"
     id: Mapped[str] = mapped_column(String(36), primary_key=True)
@@ -95,6 +99,7 @@ class Job(Base):
     collection: Mapped[str | None] = mapped_column(String(63))
     model: Mapped[str | None] = mapped_column(String(63))
     finale: Mapped[Json | None] = mapped_column(JSON(none_as_null=True))
+    result: Mapped[Json | None] = mapped_column(JSON(none_as_null=True))
     revision: Mapped[int] = mapped_column(Integer)
     created_at: Mapped[float] = mapped_column(Double)
     started_at: Mapped[float | None] = mapped_column(Double)
@@ -159,16 +164,42 @@ class Part(Base):
 class Descriptor(Base):
     """A shape under a model: little-endian float32; no vector where the shape was deleted.
 
-    It has no foreign key to the shape: a deletion stays, as a row of the change feed.
+    It has no foreign key to the shape: a deletion stays as a row of the change feed until it is
+    pruned, counted from ``deleted_at``.
     """
 
     __tablename__ = "descriptors"
-    __table_args__ = (Index("ix_descriptors_feed", "collection_id", "model", "change"),)
+    __table_args__ = (
+        Index("ix_descriptors_feed", "collection_id", "model", "change"),
+        Index(
+            "ix_descriptors_deleted_at",
+            "deleted_at",
+            sqlite_where=text("deleted_at IS NOT NULL"),
+            postgresql_where=text("deleted_at IS NOT NULL"),
+        ),
+    )
     shape_id: Mapped[str] = mapped_column(String(36), primary_key=True)
     model: Mapped[str] = mapped_column(ForeignKey("models.name"), primary_key=True)
     collection_id: Mapped[str] = mapped_column(String(36))
     change: Mapped[int] = mapped_column(BigInteger)
     vector: Mapped[bytes | None] = mapped_column(LargeBinary)
+    deleted_at: Mapped[float | None] = mapped_column(Double)
+
+
+class PrunedChange(Base):
+    """The newest deletion that was removed from the change feed of a (collection, model).
+
+    Whoever has seen less than ``change`` may have missed a deletion and reads the feed anew.
+    """
+
+    __tablename__ = "pruned_changes"
+    collection_id: Mapped[str] = mapped_column(
+        ForeignKey("collections.id", ondelete="CASCADE"), primary_key=True
+    )
+    model: Mapped[str] = mapped_column(
+        ForeignKey("models.name", ondelete="CASCADE"), primary_key=True
+    )
+    change: Mapped[int] = mapped_column(BigInteger)
 
 
 class QueryDescriptor(Base):
