@@ -12,10 +12,11 @@ from pathlib import Path
 from typing import Any
 
 from proteus.cli.bank import show_bank
-from proteus.cli.console import Output, guarded
 from proteus.cli.embedded import service_for
-from proteus.cli.waiting import demand_success, wait_for_job
+from proteus.cli.errors import guarded
 from proteus.client import Client, Document, ServiceError
+from proteus.terminal.output import Output
+from proteus.terminal.waiting import require_success, wait_for_job
 from service.schemas.training import DEFAULT_VIEWS
 from workers.creatures import TRAINING_SPECIES, make_creature
 from workers.geometry.preparation import PREPARATION_VERSION
@@ -73,15 +74,15 @@ def train(client: Client, output: Output, body: Document) -> None:
         The training failed.
     """
     try:
-        client.request("POST", "/v1/models", json=body)
+        client.post("/v1/models", body)
     except ServiceError as error:
         if error.status != 409:
             raise
     jobs = [job for job in client.pages("/v1/jobs?kind=train") if job["model"] == body["name"]]
     job = max(jobs, key=lambda job: str(job["created_at"]))
     if job["state"] in {"failed", "cancelled"}:
-        job = client.request("POST", f"/v1/jobs/{job['id']}/retry").json()
-    demand_success(wait_for_job(client, output, job, title="learning from creatures"))
+        job = client.post(f"/v1/jobs/{job['id']}/retry")
+    require_success(wait_for_job(client, output, job, title="learning from creatures"))
     if not output.as_json:
         show_bank(output, client.get(f"/v1/models/{body['name']}"))
 

@@ -1,5 +1,10 @@
-"""What people hold of Proteus: the Python client, the command line, benchmarks, the paper again."""
+"""Proteus, a search engine for deformable 3D shapes: its Python client and its command line.
 
-from workers.processor import compute_alike
+``Client`` talks HTTP to a service. Importing it loads neither numpy nor any part of the engine,
+and changes nothing in the process.
+"""
 
-compute_alike()  # before anything loads numpy
+from proteus.client import Client, Document, ServiceError, UnreachableError
+from proteus.jobs import JobWatch
+
+__all__ = ["Client", "Document", "JobWatch", "ServiceError", "UnreachableError"]

@@ -1,19 +1,23 @@
-"""A thin client of the REST interface: errors as exceptions, patience with restarts, paging."""
+"""The Python client of the REST interface: errors as exceptions, repeated tries, paging."""
 
 import time
 from collections.abc import Iterator, Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
+from urllib.parse import urlsplit
 
-import httpx
+if TYPE_CHECKING:
+    import httpx  # where it runs, it comes with the first client: it brings rich and click along
 
 Document = dict[str, Any]
-"""A JSON object as the service answers it."""
+"""A JSON object, as the service answers it."""
 
 DEFAULT_URL = "http://127.0.0.1:8000"
-PASSING_STATUS = frozenset({502, 503, 504})
-"""Answers of a service, or a proxy before it, that is just starting again."""
+RETRIED_STATUS = frozenset({429, 502, 503, 504})
+"""Answers after which the same request may succeed: too many requests, or a service that is
+just starting, perhaps behind a proxy."""
 FIRST_PAUSE_SECONDS = 0.2
 LONGEST_PAUSE_SECONDS = 3.0
+PAGE_SIZE = 200
 
 
 class ServiceError(Exception):
@@ -24,7 +28,7 @@ class ServiceError(Exception):
     status : int
         HTTP status.
     problem : dict
-        The RFC 9457 document, made up from the status line where the answer was none.
+        The RFC 9457 document; made from the status line where the answer held none.
     """
 
     def __init__(self, status: int, problem: Document) -> None:
@@ -39,7 +43,7 @@ class UnreachableError(Exception):
 
 
 class Client:
-    """Talks to one service; use it as a context manager or close it.
+    """Talks to one service. Use it as a context manager, or close it.
 
     Parameters
     ----------
@@ -48,10 +52,16 @@ class Client:
     key : str
         API key, where the service asks for keys.
     patience_seconds : float
-        How long to go on trying when the service cannot be reached or is just starting. All
-        requests of the contract may be repeated: uploads are idempotent by content.
+        How long to try again while the service cannot be reached or is just starting. Every
+        request of the interface may be repeated: uploads are recognised by their content.
     transport : httpx.BaseTransport, optional
-        Replaces the network.
+        Used in place of the network.
+
+    Examples
+    --------
+    >>> with Client() as client:  # doctest: +SKIP
+    ...     for shape in client.pages("/v1/collections/animals/shapes", label="cat"):
+    ...         print(shape["name"])
     """
 
     def __init__(
@@ -60,20 +70,22 @@ class Client:
         key: str = "",
         *,
         patience_seconds: float = 0.0,
-        transport: httpx.BaseTransport | None = None,
+        transport: "httpx.BaseTransport | None" = None,
     ) -> None:
+        import httpx
+
         self.url = url.rstrip("/")
         self.patience_seconds = patience_seconds
         headers = {"Authorization": f"Bearer {key}"} if key else {}
         try:
             self._http = httpx.Client(
                 base_url=self.url,
-                headers={"User-Agent": "proteus-cli", **headers},
+                headers={"User-Agent": "proteus", **headers},
                 timeout=httpx.Timeout(90.0, connect=5.0),
                 transport=transport,
                 trust_env=not _is_this_machine(self.url),
             )
-        except (httpx.InvalidURL, UnicodeError) as error:
+        except (httpx.InvalidURL, ValueError) as error:
             raise UnreachableError(f"{url!r} is no URL: {error}") from None
 
     def close(self) -> None:
@@ -96,51 +108,68 @@ class Client:
         data: Mapping[str, Any] | None = None,
         files: Any = None,
         headers: Mapping[str, str] | None = None,
-    ) -> httpx.Response:
+    ) -> "httpx.Response":
         """Send a request and return its answer, whose status is below 400 (304 included).
+
+        Parameters
+        ----------
+        method, path : str
+            ``"GET"``, ``"/v1/collections"``.
+        params : mapping, optional
+            Of the URL; those that are None or empty are left out.
+        json, data, files : optional
+            The body, as httpx takes it.
+        headers : mapping, optional
 
         Raises
         ------
         ServiceError
             The service refused it.
         UnreachableError
-            No service answered, for as long as the patience lasts.
+            No service answered within ``patience_seconds``.
         """
+        import httpx
+
         until = time.monotonic() + self.patience_seconds
         pause = FIRST_PAUSE_SECONDS
         given = {k: v for k, v in (params or {}).items() if v is not None and v != ""}
-        query = given or None  # an empty one would take away what the path asks
+        query = given or None  # httpx would replace the query of the path by an empty one
         while True:
-            last: Exception
+            failure: Exception
             try:
                 answer = self._http.request(
                     method, path, params=query, json=json, data=data, files=files, headers=headers
                 )
                 if answer.status_code < 400:
                     return answer
-                last = ServiceError(answer.status_code, _problem(answer))
-                if answer.status_code not in PASSING_STATUS | {429}:
-                    raise last
-                pause = max(pause, _seconds(answer.headers.get("Retry-After"), default=0.0))
+                failure = ServiceError(answer.status_code, _problem(answer))
+                if answer.status_code not in RETRIED_STATUS:
+                    raise failure
+                pause = max(pause, retry_after(answer, default=0.0))
             except httpx.UnsupportedProtocol as error:
                 raise UnreachableError(f"{self.url!r} is no http or https URL: {error}") from None
             except httpx.TransportError as error:
-                last = UnreachableError(self._explain(error))
+                reason = str(error) or type(error).__name__
+                failure = UnreachableError(f"no Proteus service answers at {self.url} ({reason})")
             if time.monotonic() + pause > until:
-                raise last
+                raise failure
             time.sleep(pause)
             pause = min(pause * 1.7, LONGEST_PAUSE_SECONDS)
 
     def get(self, path: str, **params: Any) -> Document:
         """Return the JSON object at a path."""
-        return _document(self.request("GET", path, params=params))
+        return json_object(self.request("GET", path, params=params))
+
+    def post(self, path: str, body: Mapping[str, Any] | None = None) -> Document:
+        """Send a JSON object to a path, and return the JSON object that answers it."""
+        return json_object(self.request("POST", path, json=body))
 
     def pages(self, path: str, *, limit: int | None = None, **params: Any) -> Iterator[Document]:
         """Iterate over the items of a paged list, at most ``limit`` of them."""
         left = limit
         cursor: str | None = None
         while left is None or left > 0:
-            size = 200 if left is None else min(200, left)
+            size = PAGE_SIZE if left is None else min(PAGE_SIZE, left)
             page = self.get(path, limit=size, cursor=cursor, **params)
             items = page["items"][:left]
             yield from items
@@ -149,62 +178,15 @@ class Client:
             if not cursor:
                 return
 
-    def _explain(self, error: httpx.TransportError) -> str:
-        reason = str(error) or type(error).__name__
-        return f"no Proteus service answers at {self.url} ({reason})"
 
+def json_object(answer: "httpx.Response") -> Document:
+    """Return the JSON object of an answer.
 
-class JobWatch:
-    """Follows one job by asking for it again and again, cheaply by its ETag.
-
-    Parameters
-    ----------
-    client : Client
-        Where to ask.
-    job : dict
-        The job as it was last seen.
+    Raises
+    ------
+    ServiceError
+        It is something else: another program may listen at the URL.
     """
-
-    def __init__(self, client: Client, job: Document) -> None:
-        self._client = client
-        self._etag = ""
-        self.job = job
-        self.pause_seconds = 0.3
-
-    @property
-    def ended(self) -> bool:
-        """Whether nothing more will happen."""
-        return self.job["state"] in {"succeeded", "failed", "cancelled"}
-
-    def poll(self) -> Document:
-        """Ask once, unless it has ended, and return the job as it is now."""
-        if self.ended:
-            return self.job
-        headers = {"If-None-Match": self._etag} if self._etag else {}
-        answer = self._client.request("GET", f"/v1/jobs/{self.job['id']}", headers=headers)
-        self._etag = answer.headers.get("ETag", "")
-        told = _seconds(answer.headers.get("Retry-After"), default=0.3)
-        self.pause_seconds = min(max(told, 0.1), 2.0)
-        if answer.status_code != 304:
-            self.job = _document(answer)
-        return self.job
-
-    def changes(self) -> Iterator[Document]:
-        """Iterate over the job's states until it has ended."""
-        yield self.job
-        while not self.ended:
-            time.sleep(self.pause_seconds)
-            yield self.poll()
-
-
-def _is_this_machine(url: str) -> bool:
-    """Whether the URL is one that no proxy has to do with."""
-    host = httpx.URL(url).host
-    return host in {"localhost", "::1", "0.0.0.0"} or host.startswith("127.")
-
-
-def _document(answer: httpx.Response) -> Document:
-    """Return the answer's JSON object."""
     try:
         document = answer.json()
     except ValueError:
@@ -217,7 +199,21 @@ def _document(answer: httpx.Response) -> Document:
     return document
 
 
-def _problem(answer: httpx.Response) -> Document:
+def retry_after(answer: "httpx.Response", *, default: float) -> float:
+    """Return the seconds of ``Retry-After``; the default where it is absent or a date."""
+    try:
+        return float(answer.headers.get("Retry-After", default))
+    except ValueError:
+        return default
+
+
+def _is_this_machine(url: str) -> bool:
+    """Whether the URL is of this machine, where no proxy stands between."""
+    host = urlsplit(url).hostname or ""
+    return host in {"localhost", "::1", "0.0.0.0"} or host.startswith("127.")
+
+
+def _problem(answer: "httpx.Response") -> Document:
     """Return the problem document of a refusal, or one made from its status line."""
     try:
         problem = answer.json()
@@ -232,11 +228,3 @@ def _problem(answer: httpx.Response) -> Document:
         "status": answer.status_code,
         "detail": f"{answer.request.method} {answer.url}: {answer.status_code} {title}",
     }
-
-
-def _seconds(text: str | None, *, default: float) -> float:
-    """Return a ``Retry-After`` in seconds; a date or nothing is the default."""
-    try:
-        return float(text) if text else default
-    except ValueError:
-        return default

@@ -2,23 +2,13 @@
 
 import hashlib
 import json
-import multiprocessing
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import dataclass
 from functools import partial
-from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
-from proteus.benchmark.making import (
-    Outcome,
-    Work,
-    exists,
-    leave_interrupts_to_the_parent,
-    make_files,
-    plan_work,
-)
+from proteus.benchmark.making import Outcome, Work, exists, make_files, plan_work
 from proteus.benchmark.plan import (
     BENCHMARK_VERSION,
     NULL,
@@ -28,6 +18,8 @@ from proteus.benchmark.plan import (
     plan_shapes,
 )
 from proteus.benchmark.sources import MeshFile
+from proteus.processes import run_in_processes, write_whole
+from proteus.version import program_version
 from workers.creatures import CREATURES_VERSION
 from workers.errors import InvalidRequestError
 from workers.transformations import TRANSFORMATION_VERSION
@@ -155,14 +147,6 @@ def versions() -> dict[str, str]:
     }
 
 
-def program_version() -> str:
-    """Return the version of Proteus that is installed."""
-    try:
-        return version("proteus-shapes")
-    except PackageNotFoundError:
-        return "not installed"
-
-
 def _in_processes(
     work: Sequence[Work], options: BenchmarkOptions, out: Path, processes: int
 ) -> Iterator[Outcome]:
@@ -170,17 +154,8 @@ def _in_processes(
     make = partial(make_files, options=options, out=out)
     if all(exists(out, name) for item in work for name in item.names):
         yield from map(make, work)
-        return
-    pool = ProcessPoolExecutor(
-        max_workers=max(1, min(processes, len(work))),
-        mp_context=multiprocessing.get_context("spawn"),
-        initializer=leave_interrupts_to_the_parent,
-    )
-    try:
-        parts = [pool.submit(make, item) for item in work]
-        yield from (part.result() for part in as_completed(parts))
-    finally:
-        pool.shutdown(cancel_futures=True)
+    else:
+        yield from run_in_processes(make, work, processes=processes)
 
 
 def _result(
@@ -236,6 +211,4 @@ def _failures(
 
 
 def _write_json(path: Path, document: Manifest) -> None:
-    unfinished = path.with_suffix(".part")
-    unfinished.write_text(json.dumps(document, indent=2, ensure_ascii=False) + "\n")
-    unfinished.replace(path)
+    write_whole(path, (json.dumps(document, indent=2, ensure_ascii=False) + "\n").encode())

@@ -5,7 +5,7 @@ from collections.abc import Iterable
 from pathlib import Path
 
 from proteus.benchmark.sources import MeshFile, mesh_file
-from proteus.cli.files import find_files
+from proteus.files import find_files
 from workers.errors import InvalidRequestError
 from workers.pipeline.naming import read_name
 

@@ -1,6 +1,5 @@
 """Making a benchmark's files: what one process does with one shape at a time."""
 
-import signal
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,6 +14,7 @@ from proteus.benchmark.plan import (
     shape_seed,
 )
 from proteus.benchmark.sources import CreatureMesh, MeshFile, load_creature, load_file, load_null
+from proteus.processes import write_whole
 from workers.errors import ProteusError
 from workers.geometry.formats import write
 from workers.geometry.mesh import TriangleMesh
@@ -85,7 +85,8 @@ def make_files(work: Work, options: BenchmarkOptions, out: Path) -> Outcome:
             null = load_null(work.shape.source, keep_order=bool(poses))
             for strength in missing:
                 mesh = _make(work, null, poses, strength, options)
-                write_whole(out / f"{work.shape.label}.{work.transformation}.{strength}.ply", mesh)
+                path = out / f"{work.shape.label}.{work.transformation}.{strength}.ply"
+                write_whole(path, write(mesh, "ply"))
     except ProteusError as error:
         return Outcome(work, failure=str(error))
     return Outcome(work, left_out=left_out)
@@ -94,13 +95,6 @@ def make_files(work: Work, options: BenchmarkOptions, out: Path) -> Outcome:
 def exists(out: Path, name: str) -> bool:
     """Whether a file was made."""
     return (out / name).exists()
-
-
-def write_whole(path: Path, mesh: TriangleMesh) -> None:
-    """Write a PLY so that it is either not there or whole."""
-    unfinished = path.with_suffix(".part")
-    unfinished.write_bytes(write(mesh, "ply"))
-    unfinished.replace(path)
 
 
 def _make(
@@ -163,8 +157,3 @@ def _usable_poses(shape: ShapePlan) -> tuple[list[MeshFile], tuple[tuple[str, st
             reason = f"it has {found} vertices, the null shape {expected}"
             left_out.append((pose.name, reason))
     return usable, tuple(left_out)
-
-
-def leave_interrupts_to_the_parent() -> None:
-    """Let the parent alone see a Ctrl-C."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)

@@ -4,8 +4,9 @@ from typing import Any
 
 from rich.table import Table
 
-from proteus.cli.console import Output, cell, facts_table, make_table
 from proteus.client import Document
+from proteus.terminal.output import Output
+from proteus.terminal.tables import cell, facts_table, make_table
 
 FACTS = {
     "n_references": "shapes learned from",

@@ -9,10 +9,11 @@ import typer
 from rich.markup import escape
 
 from proteus.cli.connection import Session, connected, local
-from proteus.cli.console import EXIT_FAILED, CommandError, Output
+from proteus.cli.errors import EXIT_FAILED
 from proteus.cli.evaluate import show, write_csv
-from proteus.cli.waiting import errors_table
 from proteus.client import Document
+from proteus.terminal.output import CommandError, Output
+from proteus.terminal.tables import errors_table
 
 if TYPE_CHECKING:
     from proteus.benchmark.build import Built
@@ -125,12 +126,12 @@ def build(
             processes=processes or available_processors(),
             advance=lambda done, total: bar.update(task, completed=done, total=total),
         )
-    _tell(output, built)
+    _show_built(output, built)
     if built.manifest["failures"]:
         raise typer.Exit(EXIT_FAILED)
 
 
-def _tell(output: Output, built: "Built") -> None:
+def _show_built(output: Output, built: "Built") -> None:
     """Show what was made and what was left out."""
     manifest = built.manifest
     for note in manifest["notes"]:
@@ -141,13 +142,13 @@ def _tell(output: Output, built: "Built") -> None:
         {"item": f"{f['label']} ({f['transformation']})", "detail": f["reason"]}
         for f in manifest["failures"]
     ]
-    if failed and not output.as_json:
-        output.console.print(errors_table(failed, title="[red]left out[/]"))
+    if failed:
+        output.table(errors_table(failed, title="[red]left out[/]"))
     counts = manifest["counts"]
     text = ", ".join(f"{count} {name}" for name, count in counts.items())
-    told = {"folder": str(built.folder), **counts}
-    told |= {name: manifest[name] for name in ("failures", "left_out", "notes")}
-    output.show(told, f"[bold]{escape(str(built.folder))}[/]: {text}")
+    document = {"folder": str(built.folder), **counts}
+    document |= {name: manifest[name] for name in ("failures", "left_out", "notes")}
+    output.show(document, f"[bold]{escape(str(built.folder))}[/]: {text}")
 
 
 @app.command("run")
@@ -175,7 +176,8 @@ def run(
 ) -> None:
     """Upload a benchmark, ask with every transformed shape, and show Table 1."""
     from proteus.benchmark.build import read_benchmark
-    from proteus.benchmark.run import collection_name, ensure_model, evaluate, upload_benchmark
+    from proteus.benchmark.run import collection_name, ensure_model, upload_benchmark
+    from proteus.evaluations import evaluate
 
     if out is not None and out.suffix.lower() not in {".json", ".csv"}:
         raise CommandError(f"{out} has the ending {out.suffix!r}, expected .json or .csv")
@@ -184,11 +186,9 @@ def run(
     models = [ensure_model(session.client, m, wanted) for m in model or DEFAULT_MODELS]
     name = collection or collection_name(built)
     result = upload_benchmark(session.client, session.output, built, name, model=models[0])
-    if result.errors and not session.output.as_json:
-        session.output.console.print(errors_table(result.errors, title="[red]failed[/]"))
-    found = evaluate(
-        session.client, session.output, name, models, dissimilarity=dissimilarity or None
-    )
+    if result.errors:
+        session.output.table(errors_table(result.errors, title="[red]failed[/]"))
+    found = evaluate(session.client, session.output, name, models, dissimilarity=dissimilarity)
     if out is not None:
         _save(out, found)
     if session.output.as_json:

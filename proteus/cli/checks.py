@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Literal
 
 from proteus.client import Client, Document, ServiceError, UnreachableError
+from proteus.version import DISTRIBUTION
 from service.supervisor.broker import answers, find_broker, has_worker
 from service.supervisor.events import StartError
 from service.supervisor.lock import holder_of
@@ -68,9 +69,9 @@ def check_machine() -> Iterator[Check]:
 def missing_packages() -> list[str]:
     """Return the names of required packages that are not installed."""
     try:
-        requirements = requires("proteus-shapes") or []
+        requirements = requires(DISTRIBUTION) or []
     except PackageNotFoundError:
-        return ["proteus-shapes"]
+        return [DISTRIBUTION]
     needed = [line for line in requirements if "extra ==" not in line]
     names = [re.split(r"[\s<>=!~;\[]", line, maxsplit=1)[0] for line in needed]
     return [name for name in names if not _installed(name)]

@@ -6,8 +6,8 @@ import typer
 from rich.table import Table
 
 from proteus.cli.connection import Session, connected
-from proteus.cli.console import cell, facts_table, make_table, time_cell
 from proteus.client import Document
+from proteus.terminal.tables import cell, facts_table, make_table, time_cell
 
 app = typer.Typer(help="Collections of shapes: list, create, show, delete.", no_args_is_help=True)
 
@@ -49,7 +49,7 @@ def create_collection(
     """Create a collection."""
     body = {"name": name, "description": description or None, "model": model or None}
     body = {key: value for key, value in body.items() if value is not None}
-    made: Document = session.client.request("POST", "/v1/collections", json=body).json()
+    made = session.client.post("/v1/collections", body)
     session.output.show(made, f"created [bold]{cell(made['name'])}[/], model {cell(made['model'])}")
 
 

@@ -8,8 +8,9 @@ from typing import Annotated, Any, Concatenate, ParamSpec
 
 import typer
 
-from proteus.cli.console import Output, guarded
+from proteus.cli.errors import guarded
 from proteus.client import DEFAULT_URL, Client
+from proteus.terminal.output import Output
 
 P = ParamSpec("P")
 

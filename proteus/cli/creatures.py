@@ -9,7 +9,7 @@ import typer
 from rich.markup import escape
 
 from proteus.cli.connection import local
-from proteus.cli.console import CommandError, Output
+from proteus.terminal.output import CommandError, Output
 
 if TYPE_CHECKING:
     from workers.geometry.mesh import TriangleMesh

@@ -10,14 +10,16 @@ import typer
 from rich.markup import escape
 
 from proteus.cli.connection import KeyOption, local
-from proteus.cli.console import EXIT_FAILED, Output
 from proteus.cli.embedded import service_for
-from proteus.cli.files import UploadFile
+from proteus.cli.errors import EXIT_FAILED
 from proteus.cli.query import matches_table, query_by_mesh
 from proteus.cli.serving import DataOption, HostOption, PortOption, WorkersOption
-from proteus.cli.upload import ensure_collection, upload_files
-from proteus.cli.waiting import PATIENCE_SECONDS, errors_table
 from proteus.client import DEFAULT_URL, Client, Document
+from proteus.files import UploadFile
+from proteus.terminal.output import Output
+from proteus.terminal.tables import errors_table
+from proteus.terminal.waiting import PATIENCE_SECONDS
+from proteus.uploads import ensure_collection, upload_files
 from workers.settings import Settings, load_settings
 
 if TYPE_CHECKING:
@@ -109,8 +111,8 @@ def _show(client: Client, output: Output, settings: Settings) -> list[Answer]:
     paths = [folder / shape.path for shape in shapes]
     files = [UploadFile(path, path.parent.name, path.stat().st_size) for path in paths]
     result = upload_files(client, output, COLLECTION, files)
-    if result.errors and not output.as_json:
-        output.console.print(errors_table(result.errors, title="[red]failed[/]"))
+    if result.errors:
+        output.table(errors_table(result.errors, title="[red]failed[/]"))
     return [_ask(client, output, question, folder / question.path) for question in questions]
 
 

@@ -2,15 +2,14 @@
 
 import functools
 import hashlib
-import multiprocessing
-import signal
 from collections.abc import Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 import workers.creatures
 import workers.transformations
+from proteus.processes import run_in_processes, write_whole
 from workers.creatures import SPECIES, Creature, make_creature
 from workers.geometry.formats import write
 from workers.geometry.mesh import TriangleMesh
@@ -125,33 +124,17 @@ def write_meshes(meshes: Sequence[DemoMesh], folder: Path, *, processes: int) ->
         groups.setdefault(mesh.creature, []).append(mesh)
     if not groups:
         return
-    pool = ProcessPoolExecutor(
-        max_workers=min(processes, len(groups)),
-        mp_context=multiprocessing.get_context("spawn"),
-        initializer=_leave_interrupts_to_the_parent,
-    )
-    try:
-        parts = [pool.submit(_write_files, group, folder) for group in groups.values()]
-        for part in as_completed(parts):
-            done += part.result()
-            yield done
-    finally:
-        pool.shutdown(cancel_futures=True)
+    write_group = partial(_write_files, folder=folder)
+    for count in run_in_processes(write_group, list(groups.values()), processes=processes):
+        done += count
+        yield done
 
 
 def _write_files(meshes: Sequence[DemoMesh], folder: Path) -> int:
     """Write meshes, each so that a file that exists is whole; return how many."""
     for mesh in meshes:
-        path = folder / mesh.path
-        path.parent.mkdir(parents=True, exist_ok=True)
-        unfinished = path.with_suffix(".part")
-        unfinished.write_bytes(write(mesh.make(), "ply"))
-        unfinished.replace(path)
+        write_whole(folder / mesh.path, write(mesh.make(), "ply"))
     return len(meshes)
-
-
-def _leave_interrupts_to_the_parent() -> None:
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
 
 
 def generator_key() -> str:

@@ -13,9 +13,10 @@ from proteus.cli.checks import (
     check_service,
 )
 from proteus.cli.connection import Session, connected
-from proteus.cli.console import EXIT_FAILED, make_table
+from proteus.cli.errors import EXIT_FAILED
 from proteus.cli.serving import DataOption
 from proteus.client import DEFAULT_URL, Client
+from proteus.terminal.tables import make_table
 from service.supervisor.lock import holder_of
 from workers.settings import SettingsError, load_settings
 

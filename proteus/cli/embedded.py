@@ -11,7 +11,7 @@ from functools import partial
 from pathlib import Path
 from urllib.parse import urlsplit
 
-from proteus.cli.console import CommandError
+from proteus.terminal.output import CommandError
 from service.serve import is_ready
 from service.supervisor.lock import holder_of
 from service.supervisor.processes import describe_exit, die_with

@@ -8,6 +8,7 @@ import typer
 from rich.console import Console
 from rich.markup import escape
 
+from proteus import evaluations
 from proteus.cli.connection import Session, connected
 from proteus.cli.evaluation_tables import (
     MOST_LABELS,
@@ -21,7 +22,6 @@ from proteus.cli.evaluation_tables import (
     worst_queries,
     worst_table,
 )
-from proteus.cli.waiting import demand_success, wait_for_job
 from proteus.client import Client, Document, ServiceError
 
 
@@ -48,13 +48,9 @@ def evaluate(
     """
     client = session.client
     chosen = models or [str(client.get(f"/v1/collections/{collection}")["model"])]
-    body: Document = {"collection": collection, "models": chosen}
-    body |= {"dissimilarity": dissimilarity} if dissimilarity else {}
-    accepted: Document = client.request("POST", "/v1/evaluations", json=body).json()
-    title = f"evaluating {len(chosen)} model{'s' * (len(chosen) > 1)} on {collection}"
-    job = wait_for_job(client, session.output, accepted["job"], title=title)
-    demand_success(job)
-    found = client.get(f"/v1/evaluations/{accepted['evaluation']['id']}")
+    found = evaluations.evaluate(
+        client, session.output, collection, chosen, dissimilarity=dissimilarity
+    )
     if session.output.as_json:
         session.output.document(found)
     else:

@@ -7,8 +7,8 @@ from rich.markup import escape
 from rich.table import Table
 from rich.text import Text
 
-from proteus.cli.console import cell, make_table
 from proteus.client import Document
+from proteus.terminal.tables import cell, make_table
 
 MOST_LABELS = 60
 MEASURES = {

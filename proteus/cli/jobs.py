@@ -6,9 +6,16 @@ import typer
 from rich.table import Table
 
 from proteus.cli.connection import Session, connected
-from proteus.cli.console import cell, facts_table, make_table, state_cell, time_cell
-from proteus.cli.waiting import demand_success, errors_table, wait_for_job
 from proteus.client import Document
+from proteus.terminal.tables import (
+    cell,
+    errors_table,
+    facts_table,
+    make_table,
+    state_cell,
+    time_cell,
+)
+from proteus.terminal.waiting import require_success, wait_for_job
 
 app = typer.Typer(help="Jobs: list, show, cancel, retry, watch.", no_args_is_help=True)
 
@@ -51,8 +58,8 @@ def _table(found: list[Document]) -> Table | str:
 
 def _show(session: Session, job: Document) -> None:
     session.output.show(job, facts_table(job, leave_out=["errors"]))
-    if job["errors"] and not session.output.as_json:
-        session.output.console.print(errors_table(job["errors"], title="errors"))
+    if job["errors"]:
+        session.output.table(errors_table(job["errors"], title="errors"))
 
 
 @app.command("show")
@@ -66,14 +73,14 @@ def show_job(session: Session, identifier: IdArgument) -> None:
 @connected
 def cancel_job(session: Session, identifier: IdArgument) -> None:
     """Cancel a job; what is done of it stays."""
-    _show(session, session.client.request("POST", f"/v1/jobs/{identifier}/cancel").json())
+    _show(session, session.client.post(f"/v1/jobs/{identifier}/cancel"))
 
 
 @app.command("retry")
 @connected
 def retry_job(session: Session, identifier: IdArgument) -> None:
     """Try what failed of a job again."""
-    _show(session, session.client.request("POST", f"/v1/jobs/{identifier}/retry").json())
+    _show(session, session.client.post(f"/v1/jobs/{identifier}/retry"))
 
 
 @app.command("watch")
@@ -86,4 +93,4 @@ def watch_job(session: Session, identifier: IdArgument) -> None:
     _show(session, job)
     if job["state"] != "succeeded" and session.output.as_json:
         raise typer.Exit(1)
-    demand_success(job)
+    require_success(job)

@@ -2,8 +2,9 @@
 
 from rich.table import Table
 
-from proteus.cli.console import Output, cell, facts_table, make_table
 from proteus.client import Document
+from proteus.terminal.output import Output
+from proteus.terminal.tables import cell, facts_table, make_table
 
 KERNELS = {"learned": "learned", "commute-time": "commute time", "heat": "heat, best time"}
 FIGURES = {

@@ -6,7 +6,7 @@ from typing import Annotated
 import typer
 
 from proteus.cli.connection import local
-from proteus.cli.console import Output
+from proteus.terminal.output import Output
 
 
 class Scope(StrEnum):

@@ -6,10 +6,10 @@ import typer
 from rich.table import Table
 
 from proteus.cli.connection import Session, connected
-from proteus.cli.console import cell, facts_table, make_table, state_cell
 from proteus.cli.training import Method, show_training, train
-from proteus.cli.waiting import demand_success, errors_table, wait_for_job
 from proteus.client import Document
+from proteus.terminal.tables import cell, errors_table, facts_table, make_table, state_cell
+from proteus.terminal.waiting import require_success, wait_for_job
 
 app = typer.Typer(
     help="Models, which say how shapes are described and compared: list, show, train, activate.",
@@ -84,7 +84,7 @@ def activate_model(
     if wait:
         job = wait_for_job(session.client, session.output, job, title=f"describing under {name}")
         if not session.output.as_json:
-            demand_success(job)
+            require_success(job)
             if job["errors"]:
                 table = errors_table(job["errors"], title=f"[red]not found under {cell(name)}[/]")
                 session.output.console.print(table)

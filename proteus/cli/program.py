@@ -1,7 +1,6 @@
 """The program ``proteus``: all commands under one roof."""
 
 import sys
-from importlib.metadata import PackageNotFoundError, version
 from typing import Annotated
 
 import typer
@@ -22,7 +21,9 @@ from proteus.cli import (
     shapes,
     upload,
 )
-from proteus.cli.console import EXIT_FAILED, Output
+from proteus.cli.errors import EXIT_FAILED
+from proteus.terminal.output import Output
+from proteus.version import program_version
 
 RUN = "Run the service"
 USE = "Use a running service"
@@ -70,14 +71,6 @@ app.command("key", rich_help_panel=MORE)(keys.key)
 app.command("creatures", rich_help_panel=MORE)(creatures.creatures)
 
 
-def program_version() -> str:
-    """Return the installed version of Proteus."""
-    try:
-        return version("proteus-shapes")
-    except PackageNotFoundError:
-        return "not installed"
-
-
 def _show_version(wanted: bool) -> None:
     if wanted:
         typer.echo(f"proteus {program_version()}")
@@ -101,7 +94,7 @@ def main() -> None:
     except Exception as error:
         if sys.flags.dev_mode:
             raise
-        Output().refuse(error, code=EXIT_FAILED)
+        Output().error(error)
         Output().say(
             "[dim]This is a fault of Proteus. For a traceback, run it as[/] "
             "python -X dev -m proteus.cli …"

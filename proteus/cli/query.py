@@ -12,9 +12,11 @@ from rich.markup import escape
 from rich.table import Table
 
 from proteus.cli.connection import Session, connected
-from proteus.cli.console import CommandError, cell, make_table
-from proteus.cli.waiting import PATIENCE_SECONDS, demand_success
-from proteus.client import Client, Document, JobWatch
+from proteus.client import Client, Document, json_object
+from proteus.jobs import JobWatch
+from proteus.terminal.output import CommandError
+from proteus.terminal.tables import cell, make_table
+from proteus.terminal.waiting import PATIENCE_SECONDS, require_success
 
 WAIT_SECONDS = 30
 TEXT_FIELDS = frozenset({"label", "name", "transformation"})
@@ -59,7 +61,7 @@ def query(
     else:
         body = {**options, "shape_id": shape, "include_self": include_self}
         path = f"/v1/collections/{collection}/query"
-        result = session.client.request("POST", path, json=body).json()
+        result = session.client.post(path, body)
     session.output.show(result, matches_table(result))
 
 
@@ -88,14 +90,13 @@ def query_by_mesh(
         files=[("mesh", (name, content))],
     )
     if answer.status_code != 202:
-        result: Document = answer.json()
-        return result
-    accepted = answer.json()
+        return json_object(answer)
+    accepted = json_object(answer)
     watch = JobWatch(client, accepted["job"])
     while not watch.ended:
         time.sleep(watch.pause_seconds)
         watch.poll()
-    demand_success(watch.job)
+    require_success(watch.job)
     return client.get(f"/v1/queries/{accepted['query_id']}")
 
 

@@ -9,10 +9,11 @@ from rich.markup import escape
 
 from proteus.cli.benchmark import DistractorsOption, NullsOption, PosesOption, ProcessesOption
 from proteus.cli.connection import KeyOption, local
-from proteus.cli.console import Output, make_table
 from proteus.cli.embedded import service_for
 from proteus.cli.serving import DataOption
 from proteus.client import Client, Document
+from proteus.terminal.output import Output
+from proteus.terminal.tables import make_table
 from workers.settings import available_processors, load_settings
 
 if TYPE_CHECKING:

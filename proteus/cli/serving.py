@@ -8,7 +8,7 @@ import typer
 from rich.markup import escape
 
 from proteus.cli.connection import local
-from proteus.cli.console import Output
+from proteus.terminal.output import Output
 from service.serve import serve
 from service.supervisor import commands
 from service.supervisor.events import Event, Report

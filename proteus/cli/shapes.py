@@ -9,8 +9,8 @@ from rich.markup import escape
 from rich.table import Table
 
 from proteus.cli.connection import Session, connected
-from proteus.cli.console import cell, facts_table, make_table, state_cell
 from proteus.client import Document
+from proteus.terminal.tables import cell, facts_table, make_table, state_cell
 
 app = typer.Typer(
     help="Shapes: list, show, delete, fetch their meshes and pictures.", no_args_is_help=True

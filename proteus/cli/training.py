@@ -8,10 +8,11 @@ import typer
 
 from proteus.cli.bank import show_bank
 from proteus.cli.connection import Session, connected
-from proteus.cli.console import CommandError, Output, cell
 from proteus.cli.kernel import show_kernel
-from proteus.cli.waiting import demand_success, errors_table, wait_for_job
 from proteus.client import Document
+from proteus.terminal.output import CommandError, Output
+from proteus.terminal.tables import cell, errors_table
+from proteus.terminal.waiting import require_success, wait_for_job
 
 PAPER = "paper"
 
@@ -97,11 +98,11 @@ def train(
         training.setdefault("transformations", list(_named([PAPER])))
     body = {"name": name, "method": method.value, "parameters": parameters}
     body |= {"training": training} if training or method in LEARNED else {}
-    accepted: Document = session.client.request("POST", "/v1/models", json=body).json()
+    accepted = session.client.post("/v1/models", body)
     job = accepted["job"]
     if wait and method in LEARNED:
         job = wait_for_job(session.client, session.output, job, title=f"training {name}")
-        demand_success(job)
+        require_success(job)
     _show(session, name, job)
 
 
@@ -144,7 +145,7 @@ def _show(session: Session, name: str, job: Document) -> None:
         show_training(output, found)
     if job["errors"]:
         unit = job["progress"]["unit"]
-        output.console.print(errors_table(job["errors"], title=f"{unit} that failed"))
+        output.table(errors_table(job["errors"], title=f"{unit} that failed"))
 
 
 def show_training(output: Output, model: Document) -> None:

@@ -1,9 +1,10 @@
 """Models of the service: asked for, waited for, reused where they are there already."""
 
-from proteus.cli.console import CommandError, Output
-from proteus.cli.waiting import wait_for_job
 from proteus.client import Client, Document, ServiceError
+from proteus.jobs import failure_of
 from proteus.reproduction.plan import ModelSpec, Plan
+from proteus.terminal.output import CommandError, Output
+from proteus.terminal.waiting import wait_for_job
 from workers.diffusion.kernels import Kernel, kernel_from_json
 
 
@@ -32,8 +33,7 @@ def ensure_model(
         ended = wait_for_job(client, output, job, title=f"training {spec.key}")
         found = client.get(f"/v1/models/{name}")
         if found["state"] != "ready":
-            reasons = [str(error["detail"]) for error in ended["errors"]] or ["no reason given"]
-            raise CommandError(f"training {name} {ended['state']}: {reasons[0]}")
+            raise CommandError(f"training {name}: {failure_of(ended)}")
     return found
 
 
@@ -50,8 +50,7 @@ def _create(client: Client, plan: Plan, spec: ModelSpec, name: str) -> Document:
     body: Document = {"name": name, "method": spec.method, "parameters": spec.parameters}
     if spec.transformations:
         body["training"] = {**plan.training, "transformations": list(spec.transformations)}
-    made: Document = client.request("POST", "/v1/models", json=body).json()
-    return made
+    return client.post("/v1/models", body)
 
 
 def _training_job(client: Client, name: str) -> Document:

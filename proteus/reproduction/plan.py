@@ -9,7 +9,6 @@ from typing import Any
 
 from proteus.benchmark.plan import BenchmarkOptions
 from workers.errors import InvalidRequestError
-from workers.training.learning_options import LearningOptions
 from workers.transformations import PAPER_TRANSFORMATIONS, TRANSFORMATION_VERSION
 
 SHORT, LONG = 0.7, 1.7
@@ -17,7 +16,12 @@ SHORT, LONG = 0.7, 1.7
 FINE = 60
 """Points and splines of Fig. 1: so many that it shows what smoothness is for."""
 SMOOTHNESS = 1e-5
-"""Of Fig. 1; everything else is learned as the service does by default."""
+"""Of Fig. 1."""
+RANGE = {"margin": 4.0}
+"""K² goes on beyond the eigenvalues learned from by this factor."""
+SPLINES: Mapping[str, Any] = {**RANGE, "smoothness": 1e-10, "nonnegative": True}
+"""Of every other kernel in splines. All options are sent, so that a model's name, which is made
+from them, says what it was learned with."""
 OPEN, CLOSED = "open", "closed"
 
 
@@ -141,7 +145,6 @@ class Plan:
             "size": asdict(self.size),
             "seed": self.seed,
             "transformations": TRANSFORMATION_VERSION,
-            "learning": LearningOptions().to_json(),
             "models": [asdict(spec) for spec in first_models(self)],
         }
         text = json.dumps(told, sort_keys=True)
@@ -155,17 +158,18 @@ class Plan:
 def first_models(plan: Plan) -> tuple[ModelSpec, ...]:
     """Return what needs nothing learned before: Figs. 1, 3 and 4, t*, and commute time."""
     every = plan.size.transformations
-    paper = {"criterion": "kernel", "unit": "none", "view": OPEN}
-    fine = {**paper, "splines": FINE}
-    nearest = {**paper, "points": FINE, "interpolation": "nearest"}
+    paper = paper_parameters(OPEN)
+    splines = {**paper, **SPLINES}
+    fine = {**splines, "splines": FINE}
+    nearest = {**paper, **RANGE, "points": FINE, "interpolation": "nearest"}
     return (
         ModelSpec("commute", "commute-time", {"view": OPEN}),
-        ModelSpec("scale-only", "spline", paper, ("scale",)),
-        ModelSpec("learned", "spline", paper, every),
+        ModelSpec("scale-only", "spline", splines, ("scale",)),
+        ModelSpec("learned", "spline", splines, every),
         ModelSpec("smooth", "spline", {**fine, "smoothness": SMOOTHNESS}, every),
         ModelSpec("rough", "spline", {**fine, "smoothness": 0.0}, every),
         ModelSpec("grid", "grid", nearest, every),
-        ModelSpec("heat-time", "heat-time", paper, every),
+        ModelSpec("heat-time", "heat-time", {**paper, **RANGE}, every),
         ModelSpec("distance", "spline", distance_parameters(OPEN), every),
     )
 
@@ -181,15 +185,20 @@ def heat_models(best: float, view: str) -> tuple[ModelSpec, ...]:
 def closed_models(plan: Plan, best: float) -> tuple[ModelSpec, ...]:
     """Return the six columns for shapes whose holes were closed: the same times, learned anew."""
     every = plan.size.transformations
-    paper = {"criterion": "kernel", "unit": "none", "view": CLOSED}
+    splines = {**paper_parameters(CLOSED), **SPLINES}
     return (
         *heat_models(best, CLOSED),
-        ModelSpec("learned", "spline", paper, every),
+        ModelSpec("learned", "spline", splines, every),
         ModelSpec("commute", "commute-time", {"view": CLOSED}),
         ModelSpec("distance", "spline", distance_parameters(CLOSED), every),
     )
 
 
+def paper_parameters(view: str) -> dict[str, Any]:
+    """Return what the paper learns with: k(x, x′), in the meshes' own unit."""
+    return {"criterion": "kernel", "unit": "none", "view": view}
+
+
 def distance_parameters(view: str) -> dict[str, Any]:
-    """Return what the kernel past the paper is learned with: on distances, in λ/λ₁."""
-    return {"criterion": "distance", "unit": "first-eigenvalue", "view": view}
+    """Return what the kernel beyond the paper is learned with: distances, in λ/λ₁."""
+    return {"criterion": "distance", "unit": "first-eigenvalue", "view": view, **SPLINES}

@@ -4,14 +4,12 @@ from pathlib import Path
 
 import numpy as np
 
-from proteus.benchmark.build import Built, build_benchmark, program_version
+from proteus.benchmark.build import Built, build_benchmark
 from proteus.benchmark.plan import NULL
-from proteus.benchmark.run import evaluate, make_collection, upload_benchmark
-from proteus.cli.console import CommandError, Output
-from proteus.cli.files import UploadFile
-from proteus.cli.upload import upload_files
-from proteus.cli.waiting import PATIENCE_SECONDS
+from proteus.benchmark.run import upload_benchmark
 from proteus.client import Client, Document
+from proteus.evaluations import evaluate
+from proteus.files import UploadFile
 from proteus.reproduction.asking import ensure_model, heat_time
 from proteus.reproduction.pictures import Signature
 from proteus.reproduction.plan import (
@@ -24,6 +22,10 @@ from proteus.reproduction.plan import (
 )
 from proteus.reproduction.results import Results, model_names
 from proteus.reproduction.tables import COLUMNS
+from proteus.terminal.output import CommandError, Output
+from proteus.terminal.waiting import PATIENCE_SECONDS
+from proteus.uploads import ensure_collection, upload_files
+from proteus.version import program_version
 from workers.geometry.formats import parse
 
 SIGNED = ("isometry", "micro-holes", "topology", "sampling", "holes")
@@ -126,7 +128,7 @@ class Reproduction:
         model = str(models["learned"]["name"])
         files = _signed_files(built)
         collection = f"{self._plan.name}-{built.digest}-{self._plan.digest}"
-        make_collection(self._client, collection, model=model)
+        ensure_collection(self._client, collection, model=model)
         sent = [UploadFile(path, "", path.stat().st_size) for path in files]
         upload_files(self._client, self._output, collection, sent)
         shapes = {

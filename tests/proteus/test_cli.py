@@ -253,16 +253,6 @@ def test_key_is_drawn_with_the_entry_that_knows_it(run: Run) -> None:
     assert run("key", "Not a name!").exit_code == 2
 
 
-def test_command_line_imports_no_numerics() -> None:
-    """They would cost every command half a second, and the supervisor their memory."""
-    heavy = "numpy scipy sqlalchemy celery fastapi uvicorn trimesh skimage PIL"
-    source = f"import sys, proteus.cli; print([m for m in {heavy.split()} if m in sys.modules])"
-    told = subprocess.run(
-        [sys.executable, "-c", source], capture_output=True, text=True, check=True, timeout=60
-    )
-    assert told.stdout.strip() == "[]"
-
-
 def test_fault_is_one_line_without_a_traceback() -> None:
     source = (
         "import sys, proteus.cli.connection as c; from proteus.cli import main\n"

@@ -5,9 +5,9 @@ import httpx
 import pytest
 from typer.testing import Result
 
-from proteus.cli.console import CommandError
-from proteus.cli.files import CountingFile, UploadFile, find_files, make_batches
 from proteus.cli.query import parse_filters
+from proteus.files import CountingFile, UploadFile, find_files, make_batches
+from proteus.terminal.output import CommandError
 from tests.proteus.fake_service import FakeService, Run
 
 

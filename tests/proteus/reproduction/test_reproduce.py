@@ -5,11 +5,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from proteus.cli.console import CommandError, Output
 from proteus.cli.embedded import service_for
 from proteus.cli.reproduce import run_plan
 from proteus.client import Client, Document
 from proteus.reproduction.plan import CLOSED, OPEN, SIZES, Plan, Size, closed_models, first_models
+from proteus.terminal.output import CommandError, Output
 from tests.proteus.reproduction.learning_service import BEST_TIME, LearningService
 from tests.proteus.reproduction.test_report import read_page
 from workers.errors import InvalidRequestError
@@ -130,7 +130,9 @@ def test_a_failed_training_says_why_and_is_begun_again(tmp_path: Path) -> None:
     name = plan.model_name("scale-only")
     service.failing = {name}
     for _ in range(2):
-        with pytest.raises(CommandError, match=f"training {name} succeeded: no reason given"):
+        with pytest.raises(
+            CommandError, match=f"training {name}: the job .* succeeded: no reason given"
+        ):
             reproduce(service, plan)
     methods = [(request.method, request.url.path) for request in service.requests]
     assert methods.count(("DELETE", f"/v1/models/{name}")) == 1
