@@ -16,6 +16,16 @@ class ProteusError(Exception):
         words = re.findall(r"[A-Z][a-z]*", type(self).__name__.removesuffix("Error"))
         return "-".join(words).lower()
 
+    def locate(self, place: str) -> None:
+        """Put the place of the fault before the message; nothing else of the error changes.
+
+        Parameters
+        ----------
+        place : str
+            Where in the request the fault is, such as ``queries.3``.
+        """
+        self.args = (f"{place}: {self}",)
+
 
 class InvalidMeshError(ProteusError):
     """The bytes are no usable mesh: truncated, NaN, index out of range, no faces."""

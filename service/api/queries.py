@@ -95,7 +95,8 @@ def query_batch(collection: CollectionPath, body: BatchQuery, services: Services
             try:
                 results.append(_ask(session, services, row, query))
             except ProteusError as error:
-                raise type(error)(f"queries.{position}: {error}") from None
+                error.locate(f"queries.{position}")
+                raise
     return BatchResult(results=results)
 
 

@@ -61,6 +61,10 @@ class Api:
         services: Services = self.client.app.state.services  # type: ignore[attr-defined]
         return services
 
+    @services.setter
+    def services(self, services: Services) -> None:
+        self.client.app.state.services = services  # type: ignore[attr-defined]
+
     def get(self, path: str, status: int = 200, **options: Any) -> Any:
         return checked(self.client.get(path, **options), status)
 

@@ -2,13 +2,15 @@
 
 import json
 import sqlite3
-from typing import Any
+from dataclasses import replace
+from typing import Any, NoReturn, cast
 
 import pytest
 import structlog
 from sqlalchemy.exc import OperationalError, ProgrammingError
 
 from service.errors import STATUS, RefusedError, failed_work, status_of
+from service.search.indexes import SearchIndexes
 from tests.service.running import ZOO, Api
 from workers import errors
 
@@ -41,6 +43,40 @@ def test_failed_work_has_the_status_of_its_reason() -> None:
         assert (problem.kind, problem.status, str(problem)) == (kind, status, "why")
     assert failed_work([{"item": "a", "type": "computation-lost", "detail": "why"}]).status == 500
     assert failed_work([]).status == 409
+
+
+def all_kinds(cls: type[errors.ProteusError]) -> list[type[errors.ProteusError]]:
+    return [cls, *(kind for below in cls.__subclasses__() for kind in all_kinds(below))]
+
+
+class BrokenIndexes:
+    """Search indexes of which every search ends in one error."""
+
+    def __init__(self, error: errors.ProteusError) -> None:
+        self._error = error
+
+    def snapshot(self, *_: object) -> NoReturn:
+        raise self._error
+
+    def close(self) -> None:
+        pass
+
+
+@pytest.mark.parametrize("cls", all_kinds(errors.ProteusError))
+def test_any_error_of_a_question_in_a_batch_keeps_its_kind_and_status(
+    zoo: Api, cls: type[errors.ProteusError]
+) -> None:
+    headers = {"Retry-After": "7"} if cls is RefusedError else {}
+    error = RefusedError("busy", 409, "why", headers) if cls is RefusedError else cls("why")
+    kind, status = error.kind, status_of(error)
+    indexes = cast(SearchIndexes, BrokenIndexes(error))
+    zoo.services = replace(zoo.services, indexes=indexes)
+    body = {"queries": [{"shape_id": shape_id} for shape_id in zoo.shape_ids.values()]}
+    answer = zoo.client.post("/v1/collections/zoo/query/batch", json=body)
+    assert answer.status_code == status
+    assert answer.headers.get("Retry-After") == headers.get("Retry-After")
+    problem = answer.json()
+    assert (problem["type"], problem["detail"]) == (f"/problems/{kind}", "queries.0: why")
 
 
 @pytest.mark.parametrize(
