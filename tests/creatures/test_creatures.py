@@ -8,7 +8,7 @@ from numpy.testing import assert_allclose, assert_array_equal
 
 from tests.meshes import icosphere
 from workers.creatures import SPECIES, Creature, make_creature, make_uneven_creature
-from workers.creatures.builder import Body, X, Y, Z
+from workers.creatures.builder import SkeletonBuilder, X, Y, Z
 from workers.creatures.clearance import Clearance
 from workers.creatures.figure import draw_species
 from workers.creatures.implicit import evaluate, extract_surface
@@ -57,9 +57,9 @@ def assert_closed(faces: IntArray) -> None:
     assert_array_equal(np.unique(halves, axis=0), np.unique(halves[:, ::-1], axis=0))
 
 
-def one_limb(radii: tuple[float, float], length: float = 1.0) -> Body:
+def one_limb(radii: tuple[float, float], length: float = 1.0) -> SkeletonBuilder:
     """A single capsule along x."""
-    body = Body(np.random.default_rng(0), (0.0, 0.0, 0.0))
+    body = SkeletonBuilder(np.random.default_rng(0), (0.0, 0.0, 0.0))
     body.limb("limb", "root", [(0, 0, 0), (length, 0, 0)], radii, jitter=0.0)
     return body
 
@@ -214,47 +214,47 @@ def test_a_leg_does_not_move_the_other_leg() -> None:
 
 @pytest.mark.parametrize("radii", [(0.3, 0.3), (0.2, 0.4)])
 def test_a_capsule_has_its_distance_and_area(radii: tuple[float, float]) -> None:
-    parts = one_limb(radii).skeleton().parts
+    capsules = one_limb(radii).skeleton().capsules
     sine = radii[0] - radii[1]  # of the cone's slope, over a length of 1
     cosine = np.sqrt(1 - sine**2)
     middle = np.array([[0.5 + 0.5 * sum(radii) * sine, 0.5 * sum(radii) * cosine, 0.0]])
-    assert_allclose(evaluate(parts, middle), 0.0, atol=1e-12)
-    assert_allclose(evaluate(parts, 2 * middle - [[0.5, 0, 0]]), 0.5 * sum(radii), atol=1e-9)
-    vertices, faces, spacing = extract_surface(parts, 3000)
-    mesh = TriangleMesh(relax(vertices, faces, lambda p: evaluate(parts, p), spacing), faces)
+    assert_allclose(evaluate(capsules, middle), 0.0, atol=1e-12)
+    assert_allclose(evaluate(capsules, 2 * middle - [[0.5, 0, 0]]), 0.5 * sum(radii), atol=1e-9)
+    vertices, faces, spacing = extract_surface(capsules, 3000)
+    mesh = TriangleMesh(relax(vertices, faces, lambda p: evaluate(capsules, p), spacing), faces)
     a, b = radii
     caps = 2 * np.pi * (a**2 * (1 + sine) + b**2 * (1 - sine))
     side = np.pi * (a + b) * cosine * cosine
     assert_allclose(mesh.area, caps + side, rtol=0.01)
-    assert np.abs(evaluate(parts, mesh.vertices)).max() < 1e-3
+    assert np.abs(evaluate(capsules, mesh.vertices)).max() < 1e-3
 
 
 def test_an_ellipsoid_lies_between_its_radii_and_a_box_fills_its_corners() -> None:
     for power, volume in ((2.0, 4 / 3 * np.pi), (8.0, 8.0)):
-        body = Body(np.random.default_rng(0), (0.0, 0.0, 0.0))
+        body = SkeletonBuilder(np.random.default_rng(0), (0.0, 0.0, 0.0))
         body.blob("root", (1.0, 2.0, 3.0), (0.5, 0.3, 0.2), power=power, jitter=0.0)
-        vertices, faces, _ = extract_surface(body.skeleton().parts, 3000)
+        vertices, faces, _ = extract_surface(body.skeleton().capsules, 3000)
         mesh = TriangleMesh(vertices - [1.0, 2.0, 3.0], faces)
         assert_allclose(np.abs(mesh.vertices).max(axis=0), [0.5, 0.3, 0.2], rtol=0.02)
         assert_allclose(signed_volume(mesh), volume * 0.5 * 0.3 * 0.2, rtol=0.07)
 
 
 def test_a_fin_is_as_thick_as_its_ratio_says_up_to_its_rim() -> None:
-    body = Body(np.random.default_rng(0), (0.0, 0.0, 0.0))
+    body = SkeletonBuilder(np.random.default_rng(0), (0.0, 0.0, 0.0))
     body.limb("fin", "root", [(0, 0, 0), (1, 0, 0)], (0.4, 0.4), flat=Y, ratio=0.2, jitter=0.0)
-    parts = body.skeleton().parts
+    capsules = body.skeleton().capsules
     on_surface = np.array([[0.5, 0.08, 0.0], [0.5, 0.08, 0.31], [0.5, 0.0, 0.4], [1.4, 0.0, 0.0]])
-    assert_allclose(evaluate(parts, on_surface), 0.0, atol=1e-12)
+    assert_allclose(evaluate(capsules, on_surface), 0.0, atol=1e-12)
 
 
 def test_mirrored_bodies_are_symmetric() -> None:
     body = one_limb((0.3, 0.2))
     body.limb("leg", "limb.0", [(0.2, 0, 0.1), (0.3, -0.8, 0.5)], (0.1, 0.08), mirrored=True)
     body.blob("leg.0", (0.3, -0.8, 0.6), (0.3, 0.1, 0.2), mirrored=True, yaw=25, pitch=10, roll=5)
-    parts = body.skeleton().parts
+    capsules = body.skeleton().capsules
     places = np.random.default_rng(1).uniform(-1, 1, size=(200, 3))
-    mirrored = evaluate(parts, places * [1, 1, -1])
-    assert_allclose(evaluate(parts, places), mirrored, atol=1e-12)
+    mirrored = evaluate(capsules, places * [1, 1, -1])
+    assert_allclose(evaluate(capsules, places), mirrored, atol=1e-12)
 
 
 def test_a_turn_about_a_joint_is_a_rotation_about_its_head() -> None:

@@ -1,8 +1,8 @@
 """Creatures: deformable shapes of our own, for the demo, the tests and for training.
 
-A species is written down as a skeleton with flesh on it (`species`), which becomes one smooth
-closed surface (`implicit`, `relaxation`) that follows its bones (`skinning`); `individual`
-puts this together, and `uneven` meshes it as people's files are.
+A species is a skeleton with flesh on it (`species`, written with `builder`). The flesh becomes one
+smooth closed surface (`implicit`, `relaxation`, `slivers`), which follows the bones (`skinning`).
+`individual` puts this together. `uneven` meshes a creature as unevenly as real files are.
 """
 
 from workers.creatures.individual import (

@@ -9,7 +9,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from workers.creatures.skeleton import Motion, Part, Skeleton
+from workers.creatures.skeleton import Capsule, Motion, Skeleton
 from workers.geometry.arrays import FloatArray
 
 Point = Sequence[float] | FloatArray
@@ -21,7 +21,7 @@ _X, _Y, _Z = np.eye(3)
 X, Y, Z = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
 
 
-class Body:
+class SkeletonBuilder:
     """A skeleton under construction; `vary` makes individuals of a species differ."""
 
     def __init__(self, rng: np.random.Generator, root: Point) -> None:
@@ -30,18 +30,41 @@ class Body:
         self._heads = [np.array(root, dtype=np.float64)]
         self._tails = [np.array(root, dtype=np.float64)]
         self._parents = [-1]
-        self._parts: list[Part] = []
+        self._parts: list[Capsule] = []
         self._motions: list[Motion] = []
         self._groups = 0
 
     def vary(self, value: float, spread: float = 0.1) -> float:
-        """Draw the value of this individual: uniform within ± spread (a share) of the species'."""
+        """Draw one proportion of this individual.
+
+        Parameters
+        ----------
+        value : float
+            What the species has.
+        spread : float
+            Largest deviation, as a share of the value; the draw is uniform.
+
+        Returns
+        -------
+        float, between value · (1 − spread) and value · (1 + spread)
+        """
         return float(value * (1.0 + spread * self._rng.uniform(-1.0, 1.0)))
 
     def at(self, bone: str, share: float = 0.0, offset: Point = (0.0, 0.0, 0.0)) -> FloatArray:
-        """Place beside a bone, (3,): a share of the way from its head to its end, plus an offset.
+        """Place beside a bone; beside the left one (z > 0) where the bone is mirrored.
 
-        Of a mirrored bone the left one, z > 0.
+        Parameters
+        ----------
+        bone : str
+            Name of the bone, such as ``spine.0``.
+        share : float
+            How far along the bone: 0 is its head, 1 its end.
+        offset : (3,) float
+            Added to that place.
+
+        Returns
+        -------
+        (3,) float64
         """
         number = self._resolve(bone, _SIDES[0])
         head, tail = self._heads[number], self._tails[number]
@@ -67,15 +90,25 @@ class Body:
         Parameters
         ----------
         name, parent : str
-            The parent of a mirrored limb is the bone of its own side, if there is one.
-        points : p of (3,)
+            Of the limb, and of the bone it hangs on. The parent of a mirrored limb is the bone of
+            its own side, if there is one.
+        points : p of (3,) float
+            Joints from the first to the end.
         radii : p of float
-            At the points; each is varied by ± jitter (a share).
-        flat : (3,), optional
-            Direction in which the flesh is only ratio times as thick: below 0.4 a sheet with a
-            round rim (fin, wing, ear), above it an ellipse in section.
+            Of the flesh at the points; each is varied by ± jitter.
+        mirrored : bool
+            Add the same limb on the other side too.
+        flat : (3,) float, optional
+            Direction in which the flesh is only ratio times as thick. Below 0.4 it is a sheet with
+            a round rim (fin, wing, ear), above it a limb with an ellipse as section.
+        ratio : float
+            Thickness along ``flat`` as a share of the thickness across it.
         rigid : bool
-            No bones of its own: the flesh moves with the parent.
+            Make no bones: the flesh moves with the parent.
+        softness : float
+            Width of the blend with other flesh, as a share of the radius.
+        jitter : float
+            Largest deviation of a radius, as a share.
         """
         places = np.array(points, dtype=np.float64)
         widths = [self.vary(radius, jitter) for radius in radii]
@@ -90,10 +123,10 @@ class Body:
                 if not rigid:
                     bone = self._add_bone(_sided(f"{name}.{i}", side), bone, start, end)
                 ends = (widths[i], widths[i + 1])
-                part = Part(bone, self._groups, start, end, ends, stretch, softness)
+                capsule = Capsule(bone, self._groups, start, end, ends, stretch, softness)
                 if thin and direction is not None:
-                    part = replace(part, fin=_across(direction, end - start), ratio=ratio)
-                self._parts.append(replace(part, softness=softness * part.thinness))
+                    capsule = replace(capsule, fin=_across(direction, end - start), ratio=ratio)
+                self._parts.append(replace(capsule, softness=softness * capsule.thinness))
             self._groups += 1
 
     def blob(
@@ -111,11 +144,29 @@ class Body:
         softness: float = 0.3,
         jitter: float = 0.06,
     ) -> None:
-        """Add an ellipsoid to a bone, its radii along x, y, z before it is turned.
+        """Add an ellipsoid to a bone.
 
-        Of a high power it is a box with rounded edges, of these half lengths. If joined, there is
-        no blend, and so no bulge, between it and the blob before it. Roll is about x, then pitch
-        about z (nose up), then yaw about y (nose to -z), in degrees.
+        Parameters
+        ----------
+        bone : str
+            The bone that carries it.
+        centre : (3,) float
+            Its middle.
+        radii : (3,) float
+            Along x, y and z, before it is turned.
+        mirrored : bool
+            Add it on the other side too.
+        pitch, yaw, roll : float
+            Degrees. It is turned about x by roll, then about z by pitch (nose up), then about y by
+            yaw (nose to −z).
+        power : float
+            2 is an ellipsoid. A high power is a box with rounded edges and these half lengths.
+        joined : bool
+            Do not blend it with the blob before it, so that no bulge appears between them.
+        softness : float
+            Width of the blend with other flesh, as a share of the radius.
+        jitter : float
+            Largest deviation of a radius, as a share.
         """
         half = np.array([self.vary(radius, jitter) for radius in radii])
         size = float(half.max())
@@ -127,12 +178,22 @@ class Body:
             place = np.array(centre, dtype=np.float64) * sign
             owner, shape = self._resolve(bone, side), stretch * sign
             self._groups -= joined
-            part = Part(owner, self._groups, place, place, (size, size), shape, softness, power)
-            self._parts.append(replace(part, softness=softness * part.thinness))
+            capsule = Capsule(
+                owner, self._groups, place, place, (size, size), shape, softness, power
+            )
+            self._parts.append(replace(capsule, softness=softness * capsule.thinness))
             self._groups += 1
 
     def joint(self, name: str, parent: str, head: Point, tail: Point) -> None:
-        """Add a bone without flesh, named name.0."""
+        """Add a bone without flesh, named name.0.
+
+        Parameters
+        ----------
+        name, parent : str
+            Of the bone, and of the one it hangs on.
+        head, tail : (3,) float
+            Its ends.
+        """
         start, end = np.array(head, dtype=np.float64), np.array(tail, dtype=np.float64)
         self._add_bone(f"{name}.0", self._resolve(parent, ""), start, end)
 
@@ -145,9 +206,20 @@ class Body:
         *,
         shares: Sequence[float] | None = None,
     ) -> None:
-        """Let bones turn together about an axis, by shares (1 each) of an angle in degrees.
+        """Let bones turn together about an axis.
 
-        A bone that was mirrored stands for both sides, which move on their own.
+        A mirrored bone stands for both sides, and each side moves on its own.
+
+        Parameters
+        ----------
+        bones : str or sequence of str
+            Names of the bones.
+        axis : (3,) float
+            Of the rotation at rest; its length does not count.
+        low, high : float
+            Range of the angle in degrees; 0 is the rest pose.
+        shares : sequence of float, optional
+            Share of the angle for each bone; 1 each by default.
         """
         names = [bones] if isinstance(bones, str) else list(bones)
         weights = np.ones(len(names)) if shares is None else np.array(shares)
@@ -161,32 +233,66 @@ class Body:
             self._motions.append(Motion(numbers, turns, np.radians(low), np.radians(high)))
 
     def curl(self, name: str, axis: Point, low: float, high: float) -> None:
-        """Let a whole limb bend about an axis by an angle in degrees, shared by its bones."""
+        """Let a whole limb bend about an axis; its bones share the angle evenly.
+
+        Parameters
+        ----------
+        name : str
+            Of the limb.
+        axis : (3,) float
+            Of the rotation at rest.
+        low, high : float
+            Range of the whole angle in degrees.
+        """
         names = self._chain(name)
         self.move(names, axis, low, high, shares=[1.0 / len(names)] * len(names))
 
     def wave(self, name: str, axis: Point, angle: float, waves: float) -> None:
-        """Let a whole limb take the form of a sine wave of any phase, each bend up to angle."""
+        """Let a whole limb take the form of a sine wave of any phase.
+
+        Parameters
+        ----------
+        name : str
+            Of the limb.
+        axis : (3,) float
+            Of the rotation at rest.
+        angle : float
+            Largest bend of one joint, in degrees.
+        waves : float
+            Number of waves along the limb.
+        """
         names = self._chain(name)
         phase = 2.0 * np.pi * waves * np.arange(len(names)) / max(1, len(names) - 1)
         self.move(names, axis, -angle, angle, shares=np.sin(phase).tolist())
         self.move(names, axis, -angle, angle, shares=np.cos(phase).tolist())
 
     def skeleton(self, heading: float = 0.0, lean: float = 0.0) -> Skeleton:
-        """Freeze the body, facing a heading (0 is +x, 90 is +z), its back leaning towards +z."""
+        """Freeze the body, turned to where it should face.
+
+        Parameters
+        ----------
+        heading : float
+            Degrees: 0 faces +x, 90 faces +z.
+        lean : float
+            Degrees by which the back leans towards +z.
+
+        Returns
+        -------
+        Skeleton
+        """
         turn = _turn(_X, np.radians(lean)) @ _turn(_Y, np.radians(-heading))
-        parts = tuple(
+        capsules = tuple(
             replace(
-                part,
-                start=turn @ part.start,
-                end=turn @ part.end,
-                stretch=part.stretch @ turn.T,
-                fin=None if part.fin is None else turn @ part.fin,
+                capsule,
+                start=turn @ capsule.start,
+                end=turn @ capsule.end,
+                stretch=capsule.stretch @ turn.T,
+                fin=None if capsule.fin is None else turn @ capsule.fin,
             )
-            for part in self._parts
+            for capsule in self._parts
         )
         motions = tuple(replace(motion, turns=motion.turns @ turn.T) for motion in self._motions)
-        return Skeleton(np.array(self._heads) @ turn.T, np.array(self._parents), parts, motions)
+        return Skeleton(np.array(self._heads) @ turn.T, np.array(self._parents), capsules, motions)
 
     def _add_bone(self, name: str, parent: int, head: FloatArray, tail: FloatArray) -> int:
         self._names[name] = len(self._heads)
@@ -207,7 +313,19 @@ class Body:
 
 
 def beside(place: Point, x: float, y: float, z: float) -> FloatArray:
-    """Place at an offset from another, (3,)."""
+    """Place at an offset from another.
+
+    Parameters
+    ----------
+    place : (3,) float
+        Where to start.
+    x, y, z : float
+        The offset.
+
+    Returns
+    -------
+    (3,) float64
+    """
     return np.asarray(place, dtype=np.float64) + np.array([x, y, z], dtype=np.float64)
 
 

@@ -10,18 +10,20 @@ _LEAST = 0.35  # share of the gap at rest that must stay, or of the radii where 
 
 
 class Clearance:
-    """Spheres along all parts, and the gaps between those that are apart at rest."""
+    """Spheres along all capsules, and the gaps between those that are apart at rest."""
 
     def __init__(self, skeleton: Skeleton) -> None:
         centres, radii, bones = [], [], []
-        for part in skeleton.parts:
-            width = part.thinness * max(part.radii)
-            count = int(np.clip(np.linalg.norm(part.end - part.start) / (2 * width), 1, 4)) + 1
+        for capsule in skeleton.capsules:
+            width = capsule.thinness * max(capsule.radii)
+            count = (
+                int(np.clip(np.linalg.norm(capsule.end - capsule.start) / (2 * width), 1, 4)) + 1
+            )
             for share in np.linspace(0.0, 1.0, count):
-                centres.append(part.start + share * (part.end - part.start))
-                radius = part.radii[0] + share * (part.radii[1] - part.radii[0])
-                radii.append(radius * part.thinness)
-                bones.append(part.bone)
+                centres.append(capsule.start + share * (capsule.end - capsule.start))
+                radius = capsule.radii[0] + share * (capsule.radii[1] - capsule.radii[0])
+                radii.append(radius * capsule.thinness)
+                bones.append(capsule.bone)
         self._centres = np.array(centres)  # (s, 3)
         self._bones = np.array(bones)  # (s,)
         self._ancestry = skeleton.ancestry
@@ -32,9 +34,18 @@ class Clearance:
         self._needed = np.where(gap > 0.5 * touch, needed, 0.0)
 
     def offenders(self, motions: FloatArray) -> BoolArray:
-        """Bones that bring together what was apart, (b,), under motions (b, 8).
+        """Bones that bring together what was apart.
 
-        They are those that carry one of two spheres that come too close, but not the other.
+        They carry one of two spheres that come too close, but not the other.
+
+        Parameters
+        ----------
+        motions : (b, 8) float64
+            Rigid motion of each bone, as a unit dual quaternion.
+
+        Returns
+        -------
+        (b,) bool
         """
         moved = blend(self._centres, np.eye(len(motions))[self._bones], motions)
         first, second = np.nonzero(np.triu(self._distances(moved) < self._needed))

@@ -11,16 +11,22 @@ from workers.rendering.render import Picture, contact_sheet, render
 def draw_species(
     species: Sequence[str] = SPECIES, *, size: int = 160, columns: int = 6, seed: int = 0
 ) -> Picture:
-    """Contact sheet of species with their names, (height, width, 3) uint8.
+    """Contact sheet of species with their names, each at rest and posed.
 
     Parameters
     ----------
+    species : sequence of str
+        Which, in this order.
     size : int
-        Pixels of one drawing; each species takes two, at rest and posed.
+        Pixels of one drawing; each species takes two.
     columns : int
         Species in a row.
     seed : int
         Of the individuals and their poses.
+
+    Returns
+    -------
+    (height, width, 3) uint8
     """
     cells = []
     for name in species:

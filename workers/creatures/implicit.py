@@ -1,8 +1,8 @@
 """The surface of a skeleton: a smooth union of tapered capsules, its level set as a mesh.
 
-Each group of parts g (a limb, a blob) has a distance d_g and a softness k_g, a share of its
-radius; the surface is where Σ exp(-d_g / k_g) = 1. Far from other groups that is d_g = 0, and
-where two groups meet it is a fillet about k wide.
+Each group of capsules g (a limb, a blob) has a distance d_g and a softness k_g, a share of its
+radius. The surface is where Σ exp(-d_g / k_g) = 1. Far from other groups this is d_g = 0. Where
+two groups meet it is a fillet about k wide.
 """
 
 from collections.abc import Iterator
@@ -13,7 +13,7 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 from skimage.measure import marching_cubes
 
-from workers.creatures.skeleton import Part
+from workers.creatures.skeleton import Capsule
 from workers.geometry.arrays import FloatArray, IntArray
 
 _ATTEMPTS = 6  # to meet the number of vertices, on a grid that keeps limbs apart
@@ -22,17 +22,30 @@ _AWAY = 0.12  # grid spacings that the surface keeps from grid points, against s
 _THINNEST = 0.95  # grid spacings of the smallest half thickness that is sampled safely
 
 
-def extract_surface(parts: tuple[Part, ...], vertices: int) -> tuple[FloatArray, IntArray, float]:
-    """Triangles of the surface around parts with about so many vertices.
+def extract_surface(
+    capsules: tuple[Capsule, ...], vertices: int
+) -> tuple[FloatArray, IntArray, float]:
+    """Triangles of the surface around capsules.
+
+    Parameters
+    ----------
+    capsules : tuple of Capsule
+        The flesh.
+    vertices : int
+        About how many the surface has.
 
     Returns
     -------
-    vertices (n, 3), faces (m, 3) wound outwards, and the grid spacing they were sampled at.
+    vertices : (n, 3) float64
+    faces : (m, 3) int64
+        Wound outwards.
+    spacing : float
+        Of the grid they were sampled at.
     """
-    spacing = 1.2 * np.sqrt(_rough_area(parts) / vertices)
+    spacing = 1.2 * np.sqrt(_rough_area(capsules) / vertices)
     for attempt in range(_ATTEMPTS):
         used, shift = spacing, 0.29 * attempt % 1.0
-        points, faces = _march(parts, used, shift)
+        points, faces = _march(capsules, used, shift)
         close = abs(len(points) / vertices - 1.0) < 0.04
         if close and _is_sphere(points, faces):  # else limbs were welded between grid points
             break
@@ -40,56 +53,106 @@ def extract_surface(parts: tuple[Part, ...], vertices: int) -> tuple[FloatArray,
     return points, faces, used
 
 
-def evaluate(parts: tuple[Part, ...], points: FloatArray) -> FloatArray:
-    """About the distance of points (n, 3) from the surface, (n,), negative inside."""
+def evaluate(capsules: tuple[Capsule, ...], points: FloatArray) -> FloatArray:
+    """About the signed distance of points from the surface.
+
+    Parameters
+    ----------
+    capsules : tuple of Capsule
+        The flesh.
+    points : (n, 3) float64
+        Where.
+
+    Returns
+    -------
+    (n,) float64, negative inside; of first order at the surface
+    """
     total, weighted = np.zeros(len(points)), np.zeros(len(points))
-    for group in groups(parts):
+    for group in groups(capsules):
         _add(group, points, total, weighted)
     return _distance(total, weighted)
 
 
-def thickened(parts: tuple[Part, ...], spacing: float) -> tuple[Part, ...]:
-    """The parts, none so thin that a grid of this spacing could miss it."""
+def thickened(capsules: tuple[Capsule, ...], spacing: float) -> tuple[Capsule, ...]:
+    """The capsules, none so thin that a grid of this spacing could miss it.
+
+    Parameters
+    ----------
+    capsules : tuple of Capsule
+        The flesh.
+    spacing : float
+        Of the grid.
+
+    Returns
+    -------
+    tuple of Capsule
+    """
     least = _THINNEST * spacing
     thick = []
-    for part in parts:
-        thinness = 1.0 if part.fin is not None else part.thinness  # sheets thicken, not grow
-        start, end = (max(radius, least / thinness) for radius in part.radii)
-        thick.append(replace(part, radii=(start, end), least=least))
+    for capsule in capsules:
+        thinness = 1.0 if capsule.fin is not None else capsule.thinness  # sheets thicken, not grow
+        start, end = (max(radius, least / thinness) for radius in capsule.radii)
+        thick.append(replace(capsule, radii=(start, end), least=least))
     return tuple(thick)
 
 
-def groups(parts: tuple[Part, ...]) -> Iterator[list[Part]]:
-    """Parts by group, in order."""
-    numbers = sorted({part.group for part in parts})
+def groups(capsules: tuple[Capsule, ...]) -> Iterator[list[Capsule]]:
+    """Parts by group, in order.
+
+    Parameters
+    ----------
+    capsules : tuple of Capsule
+        The flesh.
+
+    Yields
+    ------
+    list of Capsule
+        Parts of one group: they are joined sharply.
+    """
+    numbers = sorted({capsule.group for capsule in capsules})
     for number in numbers:
-        yield [part for part in parts if part.group == number]
+        yield [capsule for capsule in capsules if capsule.group == number]
 
 
-def part_distance(part: Part, points: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Distances of points (..., 3) from one part, and its radius beside them, both (...,)."""
-    if part.fin is not None:
-        return _fin_distance(part, points)
-    return _capsule_distance(part, points)
+def capsule_distance(capsule: Capsule, points: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Distances of points from one capsule, and the capsule's radius there.
+
+    Parameters
+    ----------
+    capsule : Capsule
+        A tapered capsule, an ellipsoid or a fin.
+    points : (..., 3) float64
+        Where.
+
+    Returns
+    -------
+    distances, radii : (...,) float64
+        Negative inside.
+    """
+    if capsule.fin is not None:
+        return _fin_distance(capsule, points)
+    return _cone_distance(capsule, points)
 
 
-def _fin_distance(part: Part, points: FloatArray) -> tuple[FloatArray, FloatArray]:
+def _fin_distance(capsule: Capsule, points: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Distance from a flat sheet with a round rim, exact on its own; and the radius."""
-    normal = part.fin if part.fin is not None else np.zeros(3)
-    height = (points - part.start) @ normal  # (...,)
-    flat = replace(part, fin=None, end=part.end - ((part.end - part.start) @ normal) * normal)
-    distance, radius = _capsule_distance(flat, points - height[..., None] * normal)
-    half = np.minimum(np.maximum(part.ratio * radius, part.least), radius)
+    normal = capsule.fin if capsule.fin is not None else np.zeros(3)
+    height = (points - capsule.start) @ normal  # (...,)
+    flat = replace(
+        capsule, fin=None, end=capsule.end - ((capsule.end - capsule.start) @ normal) * normal
+    )
+    distance, radius = _cone_distance(flat, points - height[..., None] * normal)
+    half = np.minimum(np.maximum(capsule.ratio * radius, capsule.least), radius)
     beside = np.maximum(distance + half, 0.0)
     return np.sqrt(beside**2 + height**2) - half, radius
 
 
-def _capsule_distance(part: Part, points: FloatArray) -> tuple[FloatArray, FloatArray]:
+def _cone_distance(capsule: Capsule, points: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Distance from a round cone or ellipsoid, of first order at its surface; and the radius."""
-    stretched = points @ part.stretch.T  # (..., 3)
-    start, axis = part.stretch @ part.start, part.stretch @ (part.end - part.start)
+    stretched = points @ capsule.stretch.T  # (..., 3)
+    start, axis = capsule.stretch @ capsule.start, capsule.stretch @ (capsule.end - capsule.start)
     length = float(np.linalg.norm(axis))
-    first, last = part.radii
+    first, last = capsule.radii
     relative = stretched - start
     if length <= abs(first - last):  # one end lies inside the other
         away = relative if first >= last else relative - axis
@@ -101,8 +164,8 @@ def _capsule_distance(part: Part, points: FloatArray) -> tuple[FloatArray, Float
         share = np.clip((along - across * sine / np.sqrt(1 - sine**2)) / length, 0.0, 1.0)
         away = relative - share[..., None] * axis
         radius = first + share * (last - first)
-    distance, gradient = _norm(away, part.power)
-    bent = np.sqrt(((gradient @ part.stretch) ** 2).sum(axis=-1))
+    distance, gradient = _norm(away, capsule.power)
+    bent = np.sqrt(((gradient @ capsule.stretch) ** 2).sum(axis=-1))
     return (distance - radius) / np.where(bent > 1e-12, bent, 1.0), radius
 
 
@@ -126,9 +189,11 @@ def _is_sphere(points: FloatArray, faces: IntArray) -> bool:
     return pieces == 1 and n - len(edges) // 2 + len(faces) == 2
 
 
-def _march(parts: tuple[Part, ...], spacing: float, shift: float) -> tuple[FloatArray, IntArray]:
+def _march(
+    capsules: tuple[Capsule, ...], spacing: float, shift: float
+) -> tuple[FloatArray, IntArray]:
     """Marching cubes at a spacing, evaluated only near each group; the grid is shifted a share."""
-    thick = thickened(parts, spacing)
+    thick = thickened(capsules, spacing)
     boxes = [_box(group) for group in groups(thick)]
     low = np.min([box[0] for box in boxes], axis=0) - (2 + shift) * spacing
     high = np.max([box[1] for box in boxes], axis=0) + 2 * spacing
@@ -150,13 +215,13 @@ def _march(parts: tuple[Part, ...], spacing: float, shift: float) -> tuple[Float
     return points.astype(np.float64) + low, faces.astype(np.int64)
 
 
-def _add(group: list[Part], points: FloatArray, total: FloatArray, weighted: FloatArray) -> None:
+def _add(group: list[Capsule], points: FloatArray, total: FloatArray, weighted: FloatArray) -> None:
     """Add a group's exp(-d/k), and k exp(-d/k), to running sums over the points, in place."""
     ratio = np.full(points.shape[:-1], np.inf)
     width = np.ones(points.shape[:-1])
-    for part in group:
-        distance, radius = part_distance(part, points)
-        softness = part.softness * radius
+    for capsule in group:
+        distance, radius = capsule_distance(capsule, points)
+        softness = capsule.softness * radius
         own = distance / softness
         nearer = own < ratio
         ratio = np.where(nearer, own, ratio)
@@ -175,24 +240,24 @@ def _distance(total: FloatArray, weighted: FloatArray) -> FloatArray:
     return distance
 
 
-def _box(group: list[Part]) -> tuple[FloatArray, FloatArray]:
+def _box(group: list[Capsule]) -> tuple[FloatArray, FloatArray]:
     """Corners of the box outside which a group is not felt, (3,) and (3,)."""
     lows, highs = [], []
-    for part in group:
-        for place, radius in ((part.start, part.radii[0]), (part.end, part.radii[1])):
-            margin = radius * (part.reach + _FAR * part.softness)
+    for capsule in group:
+        for place, radius in ((capsule.start, capsule.radii[0]), (capsule.end, capsule.radii[1])):
+            margin = radius * (capsule.reach + _FAR * capsule.softness)
             lows.append(place - margin)
             highs.append(place + margin)
     return np.min(lows, axis=0), np.max(highs, axis=0)
 
 
-def _rough_area(parts: tuple[Part, ...]) -> float:
+def _rough_area(capsules: tuple[Capsule, ...]) -> float:
     """About the area of the surface, for a first spacing."""
     area = 0.0
-    for part in parts:
-        length = float(np.linalg.norm(part.end - part.start))
-        mean = (part.radii[0] + part.radii[1]) / 2.0
+    for capsule in capsules:
+        length = float(np.linalg.norm(capsule.end - capsule.start))
+        mean = (capsule.radii[0] + capsule.radii[1]) / 2.0
         area += 2.0 * np.pi * mean * length * 0.8
         if length == 0.0:
-            area += 2.0 * np.pi * mean**2 * float(part.reach.mean())
+            area += 2.0 * np.pi * mean**2 * float(capsule.reach.mean())
     return area

@@ -69,8 +69,13 @@ class Creature:
         seed : int
             At least 0; the same seed gives the same bytes.
         strength : float
-            Factor on all angles; 0 is the rest pose. Poses in which limbs would run into each
-            other are calmed down.
+            Factor on all angles; 0 is the rest pose. Where limbs would run into each other, the
+            angles that cause it are made smaller.
+
+        Returns
+        -------
+        TriangleMesh
+            With the faces and the vertex order of `rest`.
 
         Raises
         ------
@@ -94,13 +99,17 @@ class Creature:
     def touching(self, seed: int) -> TriangleMesh:
         """A pose in which limbs meet or run into each other, as nearly as the species can.
 
-        Of twenty wide poses the one in which the most bones do; for surfaces that are welded where
-        they touch.
+        Of twenty wide poses it is the one in which the most bones do. Welds are made on it.
 
         Parameters
         ----------
         seed : int
             At least 0; the same seed gives the same bytes.
+
+        Returns
+        -------
+        TriangleMesh
+            With the faces and the vertex order of `rest`.
         """
         rng = _generator("touching", self.species, self.seed, seed)
         tried = [bone_motions(self.skeleton, _WIDE * self._angles(rng)) for _ in range(_TRIES)]
@@ -128,6 +137,11 @@ def make_creature(species: str, *, seed: int, vertices: int = 4000) -> Creature:
     vertices : int
         About how many vertices the surface has, 2,000 to 20,000.
 
+    Returns
+    -------
+    Creature
+        At rest, one closed surface, with all that is needed to pose it.
+
     Raises
     ------
     InvalidRequestError
@@ -142,11 +156,11 @@ def make_creature(species: str, *, seed: int, vertices: int = 4000) -> Creature:
             f"{vertices} vertices were asked for, {FEWEST_VERTICES} to {MOST_VERTICES} are expected"
         )
     skeleton = BUILDERS[species](_generator("individual", species, seed))
-    points, faces, spacing = extract_surface(skeleton.parts, vertices)
-    parts = thickened(skeleton.parts, spacing)
-    points = relax(points, faces, lambda places: evaluate(parts, places), spacing)
+    points, faces, spacing = extract_surface(skeleton.capsules, vertices)
+    capsules = thickened(skeleton.capsules, spacing)
+    points = relax(points, faces, lambda places: evaluate(capsules, places), spacing)
     points, faces = drop_slivers(points, faces)
-    weights = skin_weights(skeleton, parts, points, faces)
+    weights = skin_weights(skeleton, capsules, points, faces)
     return Creature(species, seed, TriangleMesh(points, faces), skeleton, weights)
 
 

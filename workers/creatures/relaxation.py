@@ -15,17 +15,22 @@ _STEPS = 6  # of sliding a round
 
 
 def relax(points: FloatArray, faces: IntArray, field: Field, spacing: float) -> FloatArray:
-    """Vertices (n, 3) slid to the mean of their neighbours and put back onto the surface.
+    """Vertices slid to the mean of their neighbours and put back onto the surface.
 
     Parameters
     ----------
-    points : (n, 3)
-    faces : (m, 3)
+    points : (n, 3) float64
+        Vertices of the surface.
+    faces : (m, 3) int64
         Of a closed surface, wound outwards.
     field : function (n, 3) → (n,)
         About the distance from the surface, negative inside.
     spacing : float
         Grid spacing, the length of an edge; no vertex goes back by more than half of it.
+
+    Returns
+    -------
+    (n, 3) float64
     """
     average = neighbour_average(faces, len(points))
     for _ in range(_ROUNDS):
@@ -39,7 +44,19 @@ def relax(points: FloatArray, faces: IntArray, field: Field, spacing: float) -> 
 
 
 def neighbour_average(faces: IntArray, n_vertices: int) -> csr_array:
-    """Matrix (n, n) whose rows average over a vertex's neighbours."""
+    """Matrix whose rows average over a vertex's neighbours.
+
+    Parameters
+    ----------
+    faces : (m, 3) int64
+        Of a closed surface.
+    n_vertices : int
+        n.
+
+    Returns
+    -------
+    (n, n) sparse float64, rows of sum 1
+    """
     rows = faces[:, [0, 1, 2]].ravel()
     columns = faces[:, [1, 2, 0]].ravel()  # each edge of a closed surface once in each direction
     matrix = coo_array((np.ones(len(rows)), (rows, columns)), shape=(n_vertices, n_vertices))

@@ -8,12 +8,12 @@ from workers.geometry.arrays import BoolArray, FloatArray, IntArray, read_only
 
 
 @dataclass(frozen=True, eq=False)
-class Part:
+class Capsule:
     """A tapered capsule in a space stretched by a matrix.
 
     Without stretch it is a round cone: all spheres along a segment whose radii run from one to
-    the other. Stretched across its axis it is a fin or a wing; a stretched sphere is an ellipsoid,
-    and under a norm of a high power a box with rounded edges.
+    the other. Stretched across its axis it is a fin or a wing. A stretched sphere is an ellipsoid.
+    Under a norm of a high power it is a box with rounded edges.
 
     Attributes
     ----------
@@ -90,7 +90,7 @@ class Motion:
 
 @dataclass(frozen=True, eq=False)
 class Skeleton:
-    """Bones, parts and motions of one individual in rest pose.
+    """Bones, capsules and motions of one individual in rest pose.
 
     Attributes
     ----------
@@ -98,13 +98,13 @@ class Skeleton:
         The joint each bone turns about.
     parents : (b,) int64
         The bone each bone hangs on, which comes before it; -1 for the root, bone 0.
-    parts : tuple of Part
+    capsules : tuple of Capsule
     motions : tuple of Motion
     """
 
     heads: FloatArray
     parents: IntArray
-    parts: tuple[Part, ...]
+    capsules: tuple[Capsule, ...]
     motions: tuple[Motion, ...]
 
     def __post_init__(self) -> None:
@@ -113,12 +113,16 @@ class Skeleton:
         object.__setattr__(self, "parents", read_only(self.parents, np.int64))
 
     def rotation_vectors(self, angles: FloatArray) -> FloatArray:
-        """How each bone turns against its parent, (b, 3): axis times radians.
+        """How each bone turns against its parent.
 
         Parameters
         ----------
-        angles : (motions,)
+        angles : (motions,) float64
             Angle of each motion in radians; what turns the same bone is added up.
+
+        Returns
+        -------
+        (b, 3) float64: axis times radians
         """
         turns = np.zeros((self.n_bones, 3))
         for motion, angle in zip(self.motions, angles, strict=True):

@@ -4,23 +4,38 @@ import numpy as np
 from scipy.sparse import coo_array, csc_array
 from scipy.sparse.linalg import splu
 
-from workers.creatures.implicit import part_distance
-from workers.creatures.skeleton import Part, Skeleton
+from workers.creatures.implicit import capsule_distance
+from workers.creatures.skeleton import Capsule, Skeleton
 from workers.geometry.arrays import FloatArray, IntArray
 
 _WIDTH = 0.55  # of the transition between two bones, in radii of the flesh there
-_CONTRAST = 0.15  # radii by which a part must be nearer to be the only one that counts
+_CONTRAST = 0.15  # radii by which a capsule must be nearer to be the only one that counts
 
 
 def skin_weights(
-    skeleton: Skeleton, parts: tuple[Part, ...], points: FloatArray, faces: IntArray
+    skeleton: Skeleton, capsules: tuple[Capsule, ...], points: FloatArray, faces: IntArray
 ) -> FloatArray:
-    """Share of each bone in the motion of each vertex, (n, b), rows of nonnegative sum 1.
+    """Share of each bone in the motion of each vertex.
 
-    Each vertex belongs to the bone of the part it lies on, and this partition diffuses along the
-    surface (never through the air, from one leg to another) over about a radius.
+    Each vertex belongs to the bone of the capsule it lies on. This partition diffuses along the
+    surface over about a radius, never through the air from one leg to another.
+
+    Parameters
+    ----------
+    skeleton : Skeleton
+        Its bones.
+    capsules : tuple of Capsule
+        The flesh, as thick as the surface was made.
+    points : (n, 3) float64
+        Vertices.
+    faces : (m, 3) int64
+        Of the closed surface.
+
+    Returns
+    -------
+    (n, b) float64, not negative, rows of sum 1
     """
-    owned, radius = _partition(parts, points, skeleton.n_bones)  # (n, b), (n,)
+    owned, radius = _partition(capsules, points, skeleton.n_bones)  # (n, b), (n,)
     system = _diffusion(points, faces, _WIDTH * radius)
     weights = owned
     for _ in range(2):
@@ -31,13 +46,18 @@ def skin_weights(
 
 
 def bone_motions(skeleton: Skeleton, angles: FloatArray) -> FloatArray:
-    """Rigid motions of all bones as unit dual quaternions, (b, 8).
+    """Rigid motions of all bones.
 
     Parameters
     ----------
     skeleton : Skeleton
-    angles : (motions,)
+        Its bones and motions.
+    angles : (motions,) float64
         Angle of each of the skeleton's motions in radians.
+
+    Returns
+    -------
+    (b, 8) float64: unit dual quaternions
     """
     local = _rotations(skeleton.rotation_vectors(angles))  # (b, 4)
     turns, heads = local.copy(), np.array(skeleton.heads)
@@ -54,10 +74,23 @@ def bone_motions(skeleton: Skeleton, angles: FloatArray) -> FloatArray:
 
 
 def blend(points: FloatArray, weights: FloatArray, motions: FloatArray) -> FloatArray:
-    """Points (n, 3) moved by their blend (n, b) of unit dual quaternions (b, 8).
+    """Points moved by their blend of rigid motions.
 
-    Dual-quaternion skinning: the blend of rotations is again a rotation, so that limbs keep their
+    Dual-quaternion skinning: the blend of rotations is again a rotation, so limbs keep their
     thickness in a twist (Kavan, Collins, Žára, O'Sullivan 2008).
+
+    Parameters
+    ----------
+    points : (n, 3) float64
+        At rest.
+    weights : (n, b) float64
+        Share of each bone, rows of sum 1.
+    motions : (b, 8) float64
+        Unit dual quaternions.
+
+    Returns
+    -------
+    (n, 3) float64
     """
     mixed = np.einsum("nb,bq->nq", weights, motions)  # the same bits whatever the BLAS
     mixed = mixed / np.linalg.norm(mixed[:, :4], axis=1, keepdims=True)
@@ -69,17 +102,17 @@ def blend(points: FloatArray, weights: FloatArray, motions: FloatArray) -> Float
 
 
 def _partition(
-    parts: tuple[Part, ...], points: FloatArray, n_bones: int
+    capsules: tuple[Capsule, ...], points: FloatArray, n_bones: int
 ) -> tuple[FloatArray, FloatArray]:
     """How much each vertex lies on the flesh of each bone, (n, b), and the radius there, (n,)."""
     nearness = np.full((len(points), n_bones), np.inf)
     radii = np.ones((len(points), n_bones))
-    for part in parts:
-        distance, radius = part_distance(part, points)
-        width = radius * part.thinness
-        nearer = distance < nearness[:, part.bone] * width
-        nearness[nearer, part.bone] = (distance / width)[nearer]
-        radii[nearer, part.bone] = radius[nearer]
+    for capsule in capsules:
+        distance, radius = capsule_distance(capsule, points)
+        width = radius * capsule.thinness
+        nearer = distance < nearness[:, capsule.bone] * width
+        nearness[nearer, capsule.bone] = (distance / width)[nearer]
+        radii[nearer, capsule.bone] = radius[nearer]
     best = nearness.argmin(axis=1)
     lead = nearness - nearness.min(axis=1, keepdims=True)
     owned = np.exp(-((lead / _CONTRAST) ** 2))
@@ -118,7 +151,7 @@ def _diffusion(points: FloatArray, faces: IntArray, widths: FloatArray) -> _Impl
         rows.append(faces[:, j])
         columns.append(faces[:, k])
         values.append(0.5 * cotangent * reach**2)
-    row, column, value = (np.concatenate(part) for part in (rows, columns, values))
+    row, column, value = (np.concatenate(capsule) for capsule in (rows, columns, values))
     edges = coo_array((value, (row, column)), shape=(n, n)).tocsc()
     conductances = edges + edges.T
     diagonal = masses + np.asarray(conductances.sum(axis=0), dtype=np.float64)  # (n,)

@@ -10,9 +10,21 @@ _ROUNDS = 4
 
 
 def drop_slivers(points: FloatArray, faces: IntArray) -> tuple[FloatArray, IntArray]:
-    """Points (n, 3) and faces (m, 3) after an edge of each sliver was collapsed.
+    """Points and faces after an edge of each sliver was collapsed.
 
     An edge is collapsed to its middle only where this changes no topology and folds nothing over.
+
+    Parameters
+    ----------
+    points : (n, 3) float64
+        Vertices.
+    faces : (m, 3) int64
+        Of a closed surface.
+
+    Returns
+    -------
+    points : (n', 3) float64
+    faces : (m', 3) int64
     """
     points, faces = points.copy(), faces.copy()
     for _ in range(_ROUNDS):
@@ -27,7 +39,19 @@ def drop_slivers(points: FloatArray, faces: IntArray) -> tuple[FloatArray, IntAr
 
 
 def triangle_quality(points: FloatArray, faces: IntArray) -> FloatArray:
-    """Area over sum of squared edges, (m,): 1 for equilateral triangles, 0 for lines."""
+    """Area over the sum of squared edges, scaled.
+
+    Parameters
+    ----------
+    points : (n, 3) float64
+        Vertices.
+    faces : (m, 3) int64
+        Of the surface.
+
+    Returns
+    -------
+    (m,) float64: 1 for equilateral triangles, 0 for lines
+    """
     corners = points[faces]  # (m, 3, 3)
     squares = ((corners - np.roll(corners, 1, axis=1)) ** 2).sum(axis=(1, 2))
     quality: FloatArray = 4 * np.sqrt(3) * TriangleMesh(points, faces).face_areas / squares

@@ -11,16 +11,24 @@ BY_ERROR = 3.0  # how fast the error allowed grows: slowly, so that the smallest
 def make_uneven_creature(species: str, *, seed: int, vertices: int = 4000) -> Creature:
     """The individual of `make_creature`, meshed unevenly; the same arguments give the same bytes.
 
-    A finer one is simplified by quadric error. Edges then vary by 0.5 to 0.9 of their mean, as
-    they do in meshes drawn by hand (0.4 to 0.8), and not by the 0.2 of an even creature, and the
-    middle triangle is 2.4 times as long as one of equal sides. Poses keep sharing faces.
+    A finer one is simplified by quadric error. Its edges then vary by 0.5 to 0.9 of their mean, as
+    in meshes drawn by hand (0.4 to 0.8). Those of an even creature vary by 0.2. The middle triangle
+    is 2.4 times as long as one of equal sides (decision 12, ``benchmarks.triangles``). Poses share
+    faces.
 
     Parameters
     ----------
     species : str
+        One of `SPECIES`.
     seed : int
+        At least 0; decides on the proportions.
     vertices : int
         About how many the surface has.
+
+    Returns
+    -------
+    Creature
+        At rest, with all that is needed to pose it.
 
     Raises
     ------

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from workers.creatures.builder import Body, X, Y, Z, beside
+from workers.creatures.builder import SkeletonBuilder, X, Y, Z, beside
 from workers.creatures.skeleton import Skeleton
 from workers.creatures.species.insects import many_legs
 
@@ -10,8 +10,19 @@ Offset = tuple[float, float, float]
 
 
 def spider(rng: np.random.Generator) -> Skeleton:
-    """Two beads and eight long arched legs."""
-    body = Body(rng, (0.0, 0.32, 0.0))
+    """Two beads and eight long arched legs.
+
+    Parameters
+    ----------
+    rng : np.random.Generator
+        Draws the proportions of the individual.
+
+    Returns
+    -------
+    Skeleton
+        Bones, flesh and motions at rest: +x is forwards, +y is up, lengths in a unit of its own.
+    """
+    body = SkeletonBuilder(rng, (0.0, 0.32, 0.0))
     rear = body.vary(0.27, 0.12)
     body.blob("root", (0.07, 0.32, 0), (0.21, 0.11, 0.16), softness=0.15)
     body.limb("waist", "root", [(-0.1, 0.32, 0), (-0.2, 0.35, 0)], (0.055, 0.06), softness=0.15)
@@ -39,8 +50,19 @@ def spider(rng: np.random.Generator) -> Skeleton:
 
 
 def scorpion(rng: np.random.Generator) -> Skeleton:
-    """Claws held forwards, eight legs, a tail arched over the back with a sting."""
-    body = Body(rng, (0.0, 0.2, 0.0))
+    """Claws held forwards, eight legs, a tail arched over the back with a sting.
+
+    Parameters
+    ----------
+    rng : np.random.Generator
+        Draws the proportions of the individual.
+
+    Returns
+    -------
+    Skeleton
+        Bones, flesh and motions at rest: +x is forwards, +y is up, lengths in a unit of its own.
+    """
+    body = SkeletonBuilder(rng, (0.0, 0.2, 0.0))
     body.limb(
         "spine",
         "root",
@@ -107,8 +129,19 @@ def scorpion(rng: np.random.Generator) -> Skeleton:
 
 
 def crab(rng: np.random.Generator) -> Skeleton:
-    """A broad shell, eight legs to the sides, two claws held out, eyes on stalks."""
-    body = Body(rng, (0.0, 0.26, 0.0))
+    """A broad shell, eight legs to the sides, two claws held out, eyes on stalks.
+
+    Parameters
+    ----------
+    rng : np.random.Generator
+        Draws the proportions of the individual.
+
+    Returns
+    -------
+    Skeleton
+        Bones, flesh and motions at rest: +x is forwards, +y is up, lengths in a unit of its own.
+    """
+    body = SkeletonBuilder(rng, (0.0, 0.26, 0.0))
     wide = body.vary(0.36, 0.1)
     body.blob("root", (0, 0.28, 0), (0.25, 0.13, wide), softness=0.15)
     body.limb(
@@ -157,7 +190,7 @@ def crab(rng: np.random.Generator) -> Skeleton:
 
 
 def _add_fingers(
-    body: Body,
+    body: SkeletonBuilder,
     claw: float,
     *,
     fixed: tuple[Offset, Offset],

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from workers.creatures.builder import Body, X, Y, Z
+from workers.creatures.builder import SkeletonBuilder, X, Y, Z
 from workers.creatures.skeleton import Skeleton
 from workers.geometry.arrays import FloatArray
 
@@ -29,11 +29,24 @@ class Build:
     hand: float = 0.085
 
 
-def upright(rng: np.random.Generator, build: Build) -> Body:
-    """Body with root, spine, neck, head, arm and leg."""
+def upright(rng: np.random.Generator, build: Build) -> SkeletonBuilder:
+    """A body with root, spine, neck, head, arm and leg.
+
+    Parameters
+    ----------
+    rng : np.random.Generator
+        Draws how far the individual differs from the species.
+    build : Build
+        Proportions of the species.
+
+    Returns
+    -------
+    SkeletonBuilder
+        A skeleton under construction, facing +x.
+    """
     leg, torso = _vary(rng, build.leg, 0.07), _vary(rng, build.torso, 0.07)
     girth, thick = _vary(rng, build.girth, 0.14), _vary(rng, build.limb, 0.12)
-    body = Body(rng, (0.0, leg, 0.0))
+    body = SkeletonBuilder(rng, (0.0, leg, 0.0))
     up = np.array([0.0, 1.0, 0.0])
     base = np.array([0.0, leg, 0.0])
     spine = [base + share * torso * up for share in (0.0, 0.35, 0.72, 0.98)]
@@ -64,7 +77,7 @@ def _vary(rng: np.random.Generator, value: float, spread: float) -> float:
     return float(value * (1.0 + spread * rng.uniform(-1.0, 1.0)))
 
 
-def _arms(body: Body, build: Build, top: FloatArray, thick: float) -> None:
+def _arms(body: SkeletonBuilder, build: Build, top: FloatArray, thick: float) -> None:
     """Add arms held away from the body, with a mitten and a thumb."""
     arm, wide = body.vary(build.arm, 0.07), body.vary(build.shoulder, 0.08)
     shoulder = top + np.array([0.0, -0.05, wide])
@@ -98,7 +111,7 @@ def _arms(body: Body, build: Build, top: FloatArray, thick: float) -> None:
     )
 
 
-def _legs(body: Body, build: Build, leg: float, thick: float) -> None:
+def _legs(body: SkeletonBuilder, build: Build, leg: float, thick: float) -> None:
     """Add legs a little apart, with feet on the ground."""
     hip = body.vary(build.hip, 0.08)
     knee, ankle = (-0.0, 0.53 * leg, hip + 0.11 * leg), (-0.03, 0.075, hip + 0.17 * leg)
@@ -123,7 +136,7 @@ def _legs(body: Body, build: Build, leg: float, thick: float) -> None:
     )
 
 
-def _motions(body: Body) -> None:
+def _motions(body: SkeletonBuilder) -> None:
     """Let the body walk, reach, bow and turn."""
     body.curl("spine", Z, -38, 14)
     body.curl("spine", Y, -28, 28)
@@ -143,12 +156,34 @@ def _motions(body: Body) -> None:
 
 
 def human(rng: np.random.Generator) -> Skeleton:
-    """A grown-up person."""
+    """A grown-up person.
+
+    Parameters
+    ----------
+    rng : np.random.Generator
+        Draws the proportions of the individual.
+
+    Returns
+    -------
+    Skeleton
+        Bones, flesh and motions at rest: +x is forwards, +y is up, lengths in a unit of its own.
+    """
     return upright(rng, Build()).skeleton(heading=80)
 
 
 def child(rng: np.random.Generator) -> Skeleton:
-    """Short legs and arms, a large head, a round belly."""
+    """Short legs and arms, a large head, a round belly.
+
+    Parameters
+    ----------
+    rng : np.random.Generator
+        Draws the proportions of the individual.
+
+    Returns
+    -------
+    Skeleton
+        Bones, flesh and motions at rest: +x is forwards, +y is up, lengths in a unit of its own.
+    """
     body = upright(
         rng,
         Build(
@@ -169,8 +204,19 @@ def child(rng: np.random.Generator) -> Skeleton:
 
 
 def ape(rng: np.random.Generator) -> Skeleton:
-    """A gorilla on its knuckles: long strong arms, short bent legs, a crest, a heavy brow."""
-    body = Body(rng, (-0.34, 0.5, 0.0))
+    """A gorilla on its knuckles: long strong arms, short bent legs, a crest, a heavy brow.
+
+    Parameters
+    ----------
+    rng : np.random.Generator
+        Draws the proportions of the individual.
+
+    Returns
+    -------
+    Skeleton
+        Bones, flesh and motions at rest: +x is forwards, +y is up, lengths in a unit of its own.
+    """
+    body = SkeletonBuilder(rng, (-0.34, 0.5, 0.0))
     arm, wide = body.vary(0.84, 0.12), body.vary(0.27, 0.1)
     girth = body.vary(1.0, 0.12)
     spine = [(-0.34, 0.5, 0), (-0.14, 0.64, 0), (0.06, 0.8, 0), (0.16, 0.9, 0)]

@@ -2,13 +2,24 @@
 
 import numpy as np
 
-from workers.creatures.builder import Body, X, Y, Z, beside
+from workers.creatures.builder import SkeletonBuilder, X, Y, Z, beside
 from workers.creatures.skeleton import Skeleton
 
 
 def bird(rng: np.random.Generator) -> Skeleton:
-    """Wings spread, a fanned tail, a beak and two legs."""
-    body = Body(rng, (0.0, 0.0, 0.0))
+    """Wings spread, a fanned tail, a beak and two legs.
+
+    Parameters
+    ----------
+    rng : np.random.Generator
+        Draws the proportions of the individual.
+
+    Returns
+    -------
+    Skeleton
+        Bones, flesh and motions at rest: +x is forwards, +y is up, lengths in a unit of its own.
+    """
+    body = SkeletonBuilder(rng, (0.0, 0.0, 0.0))
     long, span = body.vary(0.24, 0.12), body.vary(0.36, 0.12)
     body.limb("spine", "root", [(-long, 0, 0), (0, 0, 0), (long, 0.02, 0)], (0.08, 0.16, 0.14))
     neck = [(long, 0.04, 0), (long + 0.1, 0.12, 0)]
@@ -74,8 +85,19 @@ def bird(rng: np.random.Generator) -> Skeleton:
 
 
 def ostrich(rng: np.random.Generator) -> Skeleton:
-    """A ball of feathers on two long legs, a bare neck, a small head."""
-    body = Body(rng, (-0.1, 1.0, 0.0))
+    """A ball of feathers on two long legs, a bare neck, a small head.
+
+    Parameters
+    ----------
+    rng : np.random.Generator
+        Draws the proportions of the individual.
+
+    Returns
+    -------
+    Skeleton
+        Bones, flesh and motions at rest: +x is forwards, +y is up, lengths in a unit of its own.
+    """
+    body = SkeletonBuilder(rng, (-0.1, 1.0, 0.0))
     leg, neck = body.vary(0.95, 0.08), body.vary(0.75, 0.1)
     body.blob("root", (-0.05, leg + 0.2, 0), (0.36, 0.235, 0.22), pitch=8)
     body.limb(
@@ -129,8 +151,19 @@ def ostrich(rng: np.random.Generator) -> Skeleton:
 
 
 def penguin(rng: np.random.Generator) -> Skeleton:
-    """An upright cone with flippers and a short beak."""
-    body = Body(rng, (0.0, 0.2, 0.0))
+    """An upright cone with flippers and a short beak.
+
+    Parameters
+    ----------
+    rng : np.random.Generator
+        Draws the proportions of the individual.
+
+    Returns
+    -------
+    Skeleton
+        Bones, flesh and motions at rest: +x is forwards, +y is up, lengths in a unit of its own.
+    """
+    body = SkeletonBuilder(rng, (0.0, 0.2, 0.0))
     tall, wide = body.vary(0.95, 0.08), body.vary(0.25, 0.08)
     body.limb(
         "spine",

@@ -2,13 +2,24 @@
 
 import numpy as np
 
-from workers.creatures.builder import Body, X, Y, Z
+from workers.creatures.builder import SkeletonBuilder, X, Y, Z
 from workers.creatures.skeleton import Skeleton
 
 
 def octopus(rng: np.random.Generator) -> Skeleton:
-    """A bulb of a head with two eyes over eight arms."""
-    body = Body(rng, (0.0, 0.5, 0.0))
+    """A bulb of a head with two eyes over eight arms.
+
+    Parameters
+    ----------
+    rng : np.random.Generator
+        Draws the proportions of the individual.
+
+    Returns
+    -------
+    Skeleton
+        Bones, flesh and motions at rest: +x is forwards, +y is up, lengths in a unit of its own.
+    """
+    body = SkeletonBuilder(rng, (0.0, 0.5, 0.0))
     head, reach = body.vary(0.24, 0.1), body.vary(0.95, 0.1)
     body.limb(
         "mantle", "root", [(0, 0.48, 0), (-0.06, 0.66, 0), (-0.14, 0.9, 0)], (0.15, 0.17, head)
@@ -39,8 +50,19 @@ def octopus(rng: np.random.Generator) -> Skeleton:
 
 
 def squid(rng: np.random.Generator) -> Skeleton:
-    """A pointed mantle with two fins, eight short arms and two long tentacles."""
-    body = Body(rng, (0.0, 0.0, 0.0))
+    """A pointed mantle with two fins, eight short arms and two long tentacles.
+
+    Parameters
+    ----------
+    rng : np.random.Generator
+        Draws the proportions of the individual.
+
+    Returns
+    -------
+    Skeleton
+        Bones, flesh and motions at rest: +x is forwards, +y is up, lengths in a unit of its own.
+    """
+    body = SkeletonBuilder(rng, (0.0, 0.0, 0.0))
     long, wide = body.vary(0.8, 0.1), body.vary(0.19, 0.1)
     points = [(0, 0, 0), (0.3 * long, 0, 0), (0.65 * long, 0, 0), (long, 0, 0)]
     body.limb("mantle", "root", points, (0.95 * wide, wide, 0.72 * wide, 0.035))
@@ -95,8 +117,19 @@ def squid(rng: np.random.Generator) -> Skeleton:
 
 
 def starfish(rng: np.random.Generator) -> Skeleton:
-    """Five tapering arms in a plane that faces the viewer."""
-    body = Body(rng, (0.0, 0.0, 0.0))
+    """Five tapering arms in a plane that faces the viewer.
+
+    Parameters
+    ----------
+    rng : np.random.Generator
+        Draws the proportions of the individual.
+
+    Returns
+    -------
+    Skeleton
+        Bones, flesh and motions at rest: +x is forwards, +y is up, lengths in a unit of its own.
+    """
+    body = SkeletonBuilder(rng, (0.0, 0.0, 0.0))
     body.blob("root", (0, 0, 0), (0.15, 0.25, 0.25))
     reach, thick = body.vary(0.72, 0.12), body.vary(0.18, 0.14)
     for number in range(5):

@@ -2,12 +2,12 @@
 
 import numpy as np
 
-from workers.creatures.builder import Body, Point, X, Y, Z, beside
+from workers.creatures.builder import Point, SkeletonBuilder, X, Y, Z, beside
 from workers.creatures.skeleton import Skeleton
 
 
 def _trunk(
-    body: Body, length: float, depth: float, profile: tuple[float, ...], ratio: float
+    body: SkeletonBuilder, length: float, depth: float, profile: tuple[float, ...], ratio: float
 ) -> None:
     """Spine from nose to the root of the tail, bones from the middle outwards both ways."""
     xs = np.linspace(0.5, -0.5, len(profile)) * length
@@ -20,8 +20,19 @@ def _trunk(
 
 
 def fish(rng: np.random.Generator) -> Skeleton:
-    """Flat sides, a forked tail, a sail on the back and two small fins."""
-    body = Body(rng, (0.0, 0.0, 0.0))
+    """Flat sides, a forked tail, a sail on the back and two small fins.
+
+    Parameters
+    ----------
+    rng : np.random.Generator
+        Draws the proportions of the individual.
+
+    Returns
+    -------
+    Skeleton
+        Bones, flesh and motions at rest: +x is forwards, +y is up, lengths in a unit of its own.
+    """
+    body = SkeletonBuilder(rng, (0.0, 0.0, 0.0))
     length, depth = body.vary(0.85, 0.1), body.vary(0.235, 0.14)
     _trunk(body, length, depth, (0.36, 0.78, 1.0, 0.98, 0.75, 0.45, 0.24), 0.5)
     root = body.at("spine.2", 1.0, (0.02, 0, 0))
@@ -78,7 +89,7 @@ def fish(rng: np.random.Generator) -> Skeleton:
     return body.skeleton(heading=-6)
 
 
-def _swims(body: Body, axis: Point, angle: float) -> None:
+def _swims(body: SkeletonBuilder, axis: Point, angle: float) -> None:
     body.curl("spine", axis, -angle, angle)
     body.curl("chest", axis, -0.4 * angle, 0.4 * angle)
     body.curl("upper", axis, -25, 25)
@@ -86,8 +97,19 @@ def _swims(body: Body, axis: Point, angle: float) -> None:
 
 
 def shark(rng: np.random.Generator) -> Skeleton:
-    """A spindle with a tall back fin, long side fins and an uneven tail."""
-    body = Body(rng, (0.0, 0.0, 0.0))
+    """A spindle with a tall back fin, long side fins and an uneven tail.
+
+    Parameters
+    ----------
+    rng : np.random.Generator
+        Draws the proportions of the individual.
+
+    Returns
+    -------
+    Skeleton
+        Bones, flesh and motions at rest: +x is forwards, +y is up, lengths in a unit of its own.
+    """
+    body = SkeletonBuilder(rng, (0.0, 0.0, 0.0))
     length, depth = body.vary(1.5, 0.08), body.vary(0.175, 0.1)
     _trunk(body, length, depth, (0.3, 0.72, 0.95, 1.0, 0.85, 0.6, 0.36, 0.24), 0.86)
     root = body.at("spine.3", 1.0, (0.04, 0, 0))
@@ -157,8 +179,19 @@ def shark(rng: np.random.Generator) -> Skeleton:
 
 
 def dolphin(rng: np.random.Generator) -> Skeleton:
-    """A beak, a curved back fin and flat flukes."""
-    body = Body(rng, (0.0, 0.0, 0.0))
+    """A beak, a curved back fin and flat flukes.
+
+    Parameters
+    ----------
+    rng : np.random.Generator
+        Draws the proportions of the individual.
+
+    Returns
+    -------
+    Skeleton
+        Bones, flesh and motions at rest: +x is forwards, +y is up, lengths in a unit of its own.
+    """
+    body = SkeletonBuilder(rng, (0.0, 0.0, 0.0))
     length, depth = body.vary(1.3, 0.08), body.vary(0.185, 0.1)
     _trunk(body, length, depth, (0.62, 0.92, 1.0, 0.95, 0.72, 0.45, 0.25), 0.92)
     body.limb(
@@ -209,8 +242,19 @@ def dolphin(rng: np.random.Generator) -> Skeleton:
 
 
 def ray(rng: np.random.Generator) -> Skeleton:
-    """A flat diamond with wings and a whip for a tail."""
-    body = Body(rng, (0.0, 0.0, 0.0))
+    """A flat diamond with wings and a whip for a tail.
+
+    Parameters
+    ----------
+    rng : np.random.Generator
+        Draws the proportions of the individual.
+
+    Returns
+    -------
+    Skeleton
+        Bones, flesh and motions at rest: +x is forwards, +y is up, lengths in a unit of its own.
+    """
+    body = SkeletonBuilder(rng, (0.0, 0.0, 0.0))
     span, tail = body.vary(0.62, 0.1), body.vary(0.85, 0.12)
     body.blob("root", (0, 0, 0), (0.4, 0.085, 0.24))
     body.blob("root", (0.2, 0.03, 0), (0.17, 0.085, 0.14))

@@ -2,11 +2,11 @@
 
 import numpy as np
 
-from workers.creatures.builder import Body, X, Y, Z
+from workers.creatures.builder import SkeletonBuilder, X, Y, Z
 from workers.creatures.skeleton import Skeleton
 
 
-def _legs(body: Body, *, x: float, z: float, top: float, radius: float) -> None:
+def _legs(body: SkeletonBuilder, *, x: float, z: float, top: float, radius: float) -> None:
     """Four legs under a board, each of two bones."""
     foot = top - body.vary(top - radius, 0.12)
     for name, sign in (("foreleg", 1.0), ("hindleg", -1.0)):
@@ -25,8 +25,19 @@ def _legs(body: Body, *, x: float, z: float, top: float, radius: float) -> None:
 
 
 def chair(rng: np.random.Generator) -> Skeleton:
-    """A seat on four legs, and a back."""
-    body = Body(rng, (0.0, 0.46, 0.0))
+    """A seat on four legs, and a back.
+
+    Parameters
+    ----------
+    rng : np.random.Generator
+        Draws the proportions of the individual.
+
+    Returns
+    -------
+    Skeleton
+        Bones, flesh and motions at rest: +x is forwards, +y is up, lengths in a unit of its own.
+    """
+    body = SkeletonBuilder(rng, (0.0, 0.46, 0.0))
     deep, wide = body.vary(0.25, 0.1), body.vary(0.25, 0.12)
     high = body.vary(0.5, 0.14)
     body.blob("root", (0, 0.48, 0), (deep, 0.042, wide), power=8, softness=0.1, jitter=0)
@@ -47,8 +58,19 @@ def chair(rng: np.random.Generator) -> Skeleton:
 
 
 def table(rng: np.random.Generator) -> Skeleton:
-    """A board on four legs."""
-    body = Body(rng, (0.0, 0.66, 0.0))
+    """A board on four legs.
+
+    Parameters
+    ----------
+    rng : np.random.Generator
+        Draws the proportions of the individual.
+
+    Returns
+    -------
+    Skeleton
+        Bones, flesh and motions at rest: +x is forwards, +y is up, lengths in a unit of its own.
+    """
+    body = SkeletonBuilder(rng, (0.0, 0.66, 0.0))
     long, wide = body.vary(0.62, 0.15), body.vary(0.38, 0.15)
     body.blob("root", (0, 0.7, 0), (long, 0.045, wide), power=8, softness=0.1)
     _legs(body, x=long - 0.08, z=wide - 0.08, top=0.68, radius=0.046)

@@ -2,13 +2,24 @@
 
 import numpy as np
 
-from workers.creatures.builder import Body, X, Z
+from workers.creatures.builder import SkeletonBuilder, X, Z
 from workers.creatures.skeleton import Skeleton
 
 
 def hand(rng: np.random.Generator) -> Skeleton:
-    """A right hand with the fingers spread, and its wrist."""
-    body = Body(rng, (0.0, 0.0, 0.0))
+    """A right hand with the fingers spread, and its wrist.
+
+    Parameters
+    ----------
+    rng : np.random.Generator
+        Draws the proportions of the individual.
+
+    Returns
+    -------
+    Skeleton
+        Bones, flesh and motions at rest: +x is forwards, +y is up, lengths in a unit of its own.
+    """
+    body = SkeletonBuilder(rng, (0.0, 0.0, 0.0))
     length, thick = body.vary(1.0, 0.1), body.vary(1.0, 0.1)
     body.limb(
         "wrist",

@@ -8,7 +8,18 @@ from workers.creatures.species.quadruped import Build, arc, quadruped
 
 
 def horse(rng: np.random.Generator) -> Skeleton:
-    """Long legs and neck, a mane, a long head and a full tail."""
+    """Long legs and neck, a mane, a long head and a full tail.
+
+    Parameters
+    ----------
+    rng : np.random.Generator
+        Draws the proportions of the individual.
+
+    Returns
+    -------
+    Skeleton
+        Bones, flesh and motions at rest: +x is forwards, +y is up, lengths in a unit of its own.
+    """
     body = quadruped(
         rng,
         Build(
@@ -36,7 +47,18 @@ def horse(rng: np.random.Generator) -> Skeleton:
 
 
 def cow(rng: np.random.Generator) -> Skeleton:
-    """Barrel body, short legs, horns, an udder and a broad muzzle."""
+    """Barrel body, short legs, horns, an udder and a broad muzzle.
+
+    Parameters
+    ----------
+    rng : np.random.Generator
+        Draws the proportions of the individual.
+
+    Returns
+    -------
+    Skeleton
+        Bones, flesh and motions at rest: +x is forwards, +y is up, lengths in a unit of its own.
+    """
     body = quadruped(
         rng,
         Build(
@@ -73,7 +95,18 @@ def cow(rng: np.random.Generator) -> Skeleton:
 
 
 def giraffe(rng: np.random.Generator) -> Skeleton:
-    """A very long neck, sloping back, long legs, two knobs on the head."""
+    """A very long neck, sloping back, long legs, two knobs on the head.
+
+    Parameters
+    ----------
+    rng : np.random.Generator
+        Draws the proportions of the individual.
+
+    Returns
+    -------
+    Skeleton
+        Bones, flesh and motions at rest: +x is forwards, +y is up, lengths in a unit of its own.
+    """
     body = quadruped(
         rng,
         Build(
@@ -109,7 +142,18 @@ def giraffe(rng: np.random.Generator) -> Skeleton:
 
 
 def camel(rng: np.random.Generator) -> Skeleton:
-    """Two humps, long legs, a neck that dips and rises."""
+    """Two humps, long legs, a neck that dips and rises.
+
+    Parameters
+    ----------
+    rng : np.random.Generator
+        Draws the proportions of the individual.
+
+    Returns
+    -------
+    Skeleton
+        Bones, flesh and motions at rest: +x is forwards, +y is up, lengths in a unit of its own.
+    """
     body = quadruped(
         rng,
         Build(
@@ -139,7 +183,18 @@ def camel(rng: np.random.Generator) -> Skeleton:
 
 
 def pig(rng: np.random.Generator) -> Skeleton:
-    """A barrel on short legs, a disc for a snout, a small curly tail."""
+    """A barrel on short legs, a disc for a snout, a small curly tail.
+
+    Parameters
+    ----------
+    rng : np.random.Generator
+        Draws the proportions of the individual.
+
+    Returns
+    -------
+    Skeleton
+        Bones, flesh and motions at rest: +x is forwards, +y is up, lengths in a unit of its own.
+    """
     body = quadruped(
         rng,
         Build(
@@ -167,7 +222,18 @@ def pig(rng: np.random.Generator) -> Skeleton:
 
 
 def elephant(rng: np.random.Generator) -> Skeleton:
-    """Heavy body on pillars, large flat ears, tusks and a trunk."""
+    """Heavy body on pillars, large flat ears, tusks and a trunk.
+
+    Parameters
+    ----------
+    rng : np.random.Generator
+        Draws the proportions of the individual.
+
+    Returns
+    -------
+    Skeleton
+        Bones, flesh and motions at rest: +x is forwards, +y is up, lengths in a unit of its own.
+    """
     body = quadruped(
         rng,
         Build(

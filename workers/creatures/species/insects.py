@@ -4,12 +4,12 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from workers.creatures.builder import Body, X, Y, Z
+from workers.creatures.builder import SkeletonBuilder, X, Y, Z
 from workers.creatures.skeleton import Skeleton
 
 
 def many_legs(
-    body: Body,
+    body: SkeletonBuilder,
     places: Sequence[tuple[float, float]],
     *,
     parent: str,
@@ -19,9 +19,26 @@ def many_legs(
     radius: float,
     ground: float = 0.03,
 ) -> None:
-    """Pairs of legs: each at an x, towards an angle (degrees forwards of sideways).
+    """Pairs of legs that rise to a knee and come down to the ground.
 
-    They leave the body at (height, half width), rise to a knee and come down to the ground.
+    Parameters
+    ----------
+    body : SkeletonBuilder
+        To which they are added.
+    places : sequence of (x, angle)
+        Where each pair leaves the body, and its heading in degrees forwards of sideways.
+    parent : str
+        The bone that carries them.
+    start : (height, half width)
+        Where they leave the body, above the ground and beside its middle.
+    reach : float
+        Horizontal length of a leg.
+    rise : float
+        Height of the knee above the start.
+    radius : float
+        Of the leg's flesh.
+    ground : float
+        Height of the feet.
     """
     height, wide = start
     reach = body.vary(reach, 0.1)
@@ -48,8 +65,19 @@ def many_legs(
 
 
 def ant(rng: np.random.Generator) -> Skeleton:
-    """Head, thorax and abdomen like beads, six legs, elbowed feelers."""
-    body = Body(rng, (0.0, 0.3, 0.0))
+    """Head, thorax and abdomen like beads, six legs, elbowed feelers.
+
+    Parameters
+    ----------
+    rng : np.random.Generator
+        Draws the proportions of the individual.
+
+    Returns
+    -------
+    Skeleton
+        Bones, flesh and motions at rest: +x is forwards, +y is up, lengths in a unit of its own.
+    """
+    body = SkeletonBuilder(rng, (0.0, 0.3, 0.0))
     body.limb(
         "spine",
         "root",
@@ -105,8 +133,19 @@ def ant(rng: np.random.Generator) -> Skeleton:
 
 
 def beetle(rng: np.random.Generator) -> Skeleton:
-    """A dome of wing cases, a shield, a head with a great horn, six legs."""
-    body = Body(rng, (0.0, 0.25, 0.0))
+    """A dome of wing cases, a shield, a head with a great horn, six legs.
+
+    Parameters
+    ----------
+    rng : np.random.Generator
+        Draws the proportions of the individual.
+
+    Returns
+    -------
+    Skeleton
+        Bones, flesh and motions at rest: +x is forwards, +y is up, lengths in a unit of its own.
+    """
+    body = SkeletonBuilder(rng, (0.0, 0.25, 0.0))
     long, wide = body.vary(0.42, 0.1), body.vary(0.31, 0.1)
     body.blob("root", (-0.12, 0.26, 0), (long, 0.225, wide), softness=0.12)
     body.limb("chest", "root", [(0.16, 0.25, 0), (0.36, 0.24, 0)], (0.16, 0.15), softness=0.1)

@@ -2,13 +2,24 @@
 
 import numpy as np
 
-from workers.creatures.builder import Body, X, Y, Z
+from workers.creatures.builder import SkeletonBuilder, X, Y, Z
 from workers.creatures.skeleton import Skeleton
 
 
 def dinosaur(rng: np.random.Generator) -> Skeleton:
-    """Tyrannosaurus: huge head and tail in balance over two strong legs, tiny arms."""
-    body = Body(rng, (0.0, 0.82, 0.0))
+    """Tyrannosaurus: huge head and tail in balance over two strong legs, tiny arms.
+
+    Parameters
+    ----------
+    rng : np.random.Generator
+        Draws the proportions of the individual.
+
+    Returns
+    -------
+    Skeleton
+        Bones, flesh and motions at rest: +x is forwards, +y is up, lengths in a unit of its own.
+    """
+    body = SkeletonBuilder(rng, (0.0, 0.82, 0.0))
     tail = body.vary(0.95, 0.1)
     body.limb(
         "spine",
@@ -84,8 +95,19 @@ def dinosaur(rng: np.random.Generator) -> Skeleton:
 
 
 def frog(rng: np.random.Generator) -> Skeleton:
-    """Squat, wide mouth, eyes on top, long folded hind legs with webbed feet."""
-    body = Body(rng, (0.0, 0.22, 0.0))
+    """Squat, wide mouth, eyes on top, long folded hind legs with webbed feet.
+
+    Parameters
+    ----------
+    rng : np.random.Generator
+        Draws the proportions of the individual.
+
+    Returns
+    -------
+    Skeleton
+        Bones, flesh and motions at rest: +x is forwards, +y is up, lengths in a unit of its own.
+    """
+    body = SkeletonBuilder(rng, (0.0, 0.22, 0.0))
     wide = body.vary(0.2, 0.1)
     body.limb(
         "spine",

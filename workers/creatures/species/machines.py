@@ -2,13 +2,24 @@
 
 import numpy as np
 
-from workers.creatures.builder import Body, X, Y, Z, beside
+from workers.creatures.builder import SkeletonBuilder, X, Y, Z, beside
 from workers.creatures.skeleton import Skeleton
 
 
 def robot(rng: np.random.Generator) -> Skeleton:
-    """Boxes for head and trunk, pipes for limbs, an aerial."""
-    body = Body(rng, (0.0, 0.62, 0.0))
+    """Boxes for head and trunk, pipes for limbs, an aerial.
+
+    Parameters
+    ----------
+    rng : np.random.Generator
+        Draws the proportions of the individual.
+
+    Returns
+    -------
+    Skeleton
+        Bones, flesh and motions at rest: +x is forwards, +y is up, lengths in a unit of its own.
+    """
+    body = SkeletonBuilder(rng, (0.0, 0.62, 0.0))
     wide, tall = body.vary(0.22, 0.1), body.vary(0.25, 0.1)
     body.limb(
         "spine",
@@ -107,8 +118,19 @@ def robot(rng: np.random.Generator) -> Skeleton:
 
 
 def lamp(rng: np.random.Generator) -> Skeleton:
-    """A desk lamp: a round foot, two arms with joints, a shade."""
-    body = Body(rng, (0.0, 0.05, 0.0))
+    """A desk lamp: a round foot, two arms with joints, a shade.
+
+    Parameters
+    ----------
+    rng : np.random.Generator
+        Draws the proportions of the individual.
+
+    Returns
+    -------
+    Skeleton
+        Bones, flesh and motions at rest: +x is forwards, +y is up, lengths in a unit of its own.
+    """
+    body = SkeletonBuilder(rng, (0.0, 0.05, 0.0))
     lower, upper = body.vary(0.55, 0.1), body.vary(0.5, 0.1)
     body.blob("root", (0, 0.05, 0), (0.24, 0.055, 0.24), softness=0.15)
     elbow = np.array([-0.2, 0.08 + lower, 0])

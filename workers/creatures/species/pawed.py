@@ -8,7 +8,18 @@ from workers.creatures.species.quadruped import Build, quadruped
 
 
 def dog(rng: np.random.Generator) -> Skeleton:
-    """Deep chest, slim waist, a muzzle with a stop, hanging ears and a raised tail."""
+    """Deep chest, slim waist, a muzzle with a stop, hanging ears and a raised tail.
+
+    Parameters
+    ----------
+    rng : np.random.Generator
+        Draws the proportions of the individual.
+
+    Returns
+    -------
+    Skeleton
+        Bones, flesh and motions at rest: +x is forwards, +y is up, lengths in a unit of its own.
+    """
     body = quadruped(
         rng,
         Build(
@@ -34,7 +45,18 @@ def dog(rng: np.random.Generator) -> Skeleton:
 
 
 def cat(rng: np.random.Generator) -> Skeleton:
-    """Long low body, round head with pointed ears, a long curved tail."""
+    """Long low body, round head with pointed ears, a long curved tail.
+
+    Parameters
+    ----------
+    rng : np.random.Generator
+        Draws the proportions of the individual.
+
+    Returns
+    -------
+    Skeleton
+        Bones, flesh and motions at rest: +x is forwards, +y is up, lengths in a unit of its own.
+    """
     body = quadruped(
         rng,
         Build(
@@ -59,7 +81,18 @@ def cat(rng: np.random.Generator) -> Skeleton:
 
 
 def lion(rng: np.random.Generator) -> Skeleton:
-    """A cat's body, large, with a mane around the head and a tuft on the tail."""
+    """A cat's body, large, with a mane around the head and a tuft on the tail.
+
+    Parameters
+    ----------
+    rng : np.random.Generator
+        Draws the proportions of the individual.
+
+    Returns
+    -------
+    Skeleton
+        Bones, flesh and motions at rest: +x is forwards, +y is up, lengths in a unit of its own.
+    """
     body = quadruped(
         rng,
         Build(
@@ -89,7 +122,18 @@ def lion(rng: np.random.Generator) -> Skeleton:
 
 
 def rabbit(rng: np.random.Generator) -> Skeleton:
-    """Long ears, round back, strong hind legs, a ball for a tail."""
+    """Long ears, round back, strong hind legs, a ball for a tail.
+
+    Parameters
+    ----------
+    rng : np.random.Generator
+        Draws the proportions of the individual.
+
+    Returns
+    -------
+    Skeleton
+        Bones, flesh and motions at rest: +x is forwards, +y is up, lengths in a unit of its own.
+    """
     body = quadruped(
         rng,
         Build(

@@ -2,14 +2,25 @@
 
 import numpy as np
 
-from workers.creatures.builder import Body, X, Y, Z, beside
+from workers.creatures.builder import SkeletonBuilder, X, Y, Z, beside
 from workers.creatures.skeleton import Skeleton
 from workers.geometry.arrays import FloatArray
 
 
 def tree(rng: np.random.Generator) -> Skeleton:
-    """A trunk with roots, and boughs that carry clumps of leaves."""
-    body = Body(rng, (0.0, 0.0, 0.0))
+    """A trunk with roots, and boughs that carry clumps of leaves.
+
+    Parameters
+    ----------
+    rng : np.random.Generator
+        Draws the proportions of the individual.
+
+    Returns
+    -------
+    Skeleton
+        Bones, flesh and motions at rest: +x is forwards, +y is up, lengths in a unit of its own.
+    """
+    body = SkeletonBuilder(rng, (0.0, 0.0, 0.0))
     tall = body.vary(0.78, 0.12)
     trunk = [(0, 0, 0), (0.02, 0.5 * tall, 0), (0, tall, 0.01), (0.01, 1.4 * tall, 0)]
     body.limb("trunk", "root", trunk, (0.115, 0.085, 0.08, 0.06), softness=0.25)
@@ -34,7 +45,7 @@ def tree(rng: np.random.Generator) -> Skeleton:
     return body.skeleton()
 
 
-def _clump(body: Body, bone: str, centre: FloatArray, size: float) -> None:
+def _clump(body: SkeletonBuilder, bone: str, centre: FloatArray, size: float) -> None:
     """Leaves: some blobs that bulge out of a larger one."""
     body.blob(bone, centre, (size, 0.82 * size, size), softness=0.1)
     for angle in (10, 82, 154, 226, 298):
@@ -45,8 +56,19 @@ def _clump(body: Body, bone: str, centre: FloatArray, size: float) -> None:
 
 
 def cactus(rng: np.random.Generator) -> Skeleton:
-    """A column with arms that turn upwards."""
-    body = Body(rng, (0.0, 0.0, 0.0))
+    """A column with arms that turn upwards.
+
+    Parameters
+    ----------
+    rng : np.random.Generator
+        Draws the proportions of the individual.
+
+    Returns
+    -------
+    Skeleton
+        Bones, flesh and motions at rest: +x is forwards, +y is up, lengths in a unit of its own.
+    """
+    body = SkeletonBuilder(rng, (0.0, 0.0, 0.0))
     tall, thick = body.vary(1.3, 0.1), body.vary(0.15, 0.1)
     points = [(0, tall * i / 6, 0) for i in range(7)]
     body.limb(

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from workers.creatures.builder import Body, Point, X, Y, Z
+from workers.creatures.builder import Point, SkeletonBuilder, X, Y, Z
 
 Pair = tuple[float, float]
 
@@ -13,10 +13,10 @@ Pair = tuple[float, float]
 class Build:
     """Proportions of a four-legged animal that faces +x; lengths in the species' own unit.
 
-    ``length`` is from hip to shoulder, ``height`` from the ground to the spine; ``girth`` are
-    the radii of rump, belly and chest, ``narrow`` their width as a share of their height. ``neck``
-    and ``head`` have a length and an angle above the horizontal in degrees, and two radii each;
-    ``ear`` has a length and a half width; ``tail`` a length, an angle, a bend and two radii.
+    ``length`` is from hip to shoulder, ``height`` from the ground to the spine. ``girth`` holds the
+    radii of rump, belly and chest, ``narrow`` their width as a share of their height. ``neck`` and
+    ``head`` have a length, an angle above the horizontal in degrees, and two radii each. ``ear``
+    has a length and a half width. ``tail`` has a length, an angle, a bend and two radii.
     """
 
     length: float
@@ -37,10 +37,23 @@ class Build:
     neck_bend: float = -12.0
 
 
-def quadruped(rng: np.random.Generator, build: Build) -> Body:
-    """Body with root, spine, neck, head, ear, foreleg, hindleg and tail."""
+def quadruped(rng: np.random.Generator, build: Build) -> SkeletonBuilder:
+    """A body with root, spine, neck, head, ear, foreleg, hindleg and tail.
+
+    Parameters
+    ----------
+    rng : np.random.Generator
+        Draws how far the individual differs from the species.
+    build : Build
+        Proportions of the species.
+
+    Returns
+    -------
+    SkeletonBuilder
+        A skeleton under construction, to which a species adds what is its own.
+    """
     length, height = build.length, build.height
-    body = Body(rng, (-length / 2, height, 0.0))
+    body = SkeletonBuilder(rng, (-length / 2, height, 0.0))
     length, height = body.vary(length, 0.1), body.vary(height, 0.08)
     rump, belly, chest = build.girth
     back = [(-length / 2, height, 0), (-length / 6, height - 0.12 * belly, 0)]
@@ -93,7 +106,25 @@ def quadruped(rng: np.random.Generator, build: Build) -> Body:
 
 
 def arc(start: Point, length: float, angle: float, bend: float, count: int) -> list[list[float]]:
-    """Points of an arc in the plane of symmetry: it starts at an angle and turns by bend."""
+    """Points of an arc in the plane of symmetry.
+
+    Parameters
+    ----------
+    start : (3,) float
+        First point.
+    length : float
+        Of the whole arc.
+    angle : float
+        Heading at the start, in degrees above +x.
+    bend : float
+        How far the heading turns along the arc, in degrees.
+    count : int
+        Number of segments.
+
+    Returns
+    -------
+    list of count + 1 points of 3 float
+    """
     points = [[float(number) for number in start]]
     for i in range(count):
         heading = np.radians(angle + bend * (i + 0.5) / count)
@@ -103,7 +134,7 @@ def arc(start: Point, length: float, angle: float, bend: float, count: int) -> l
     return points
 
 
-def _legs(body: Body, build: Build, length: float, height: float) -> None:
+def _legs(body: SkeletonBuilder, build: Build, length: float, height: float) -> None:
     """Add legs of three bones and a paw, feet on the ground."""
     thigh, knee, shank, foot = build.leg
     stance, paw = body.vary(build.stance, 0.08), build.paw
@@ -139,7 +170,7 @@ def _legs(body: Body, build: Build, length: float, height: float) -> None:
         body.blob(f"{leg}.2", toe, half, mirrored=True, power=3)
 
 
-def _motions(body: Body) -> None:
+def _motions(body: SkeletonBuilder) -> None:
     """Let the animal walk, crouch, look around and wag its tail."""
     body.curl("spine", Y, -22, 22)
     body.curl("spine", Z, -18, 18)

@@ -2,12 +2,12 @@
 
 import numpy as np
 
-from workers.creatures.builder import Body, X, Y, Z
+from workers.creatures.builder import SkeletonBuilder, X, Y, Z
 from workers.creatures.skeleton import Skeleton
 
 
 def _sprawling(
-    body: Body,
+    body: SkeletonBuilder,
     name: str,
     parent: str,
     hip: tuple[float, float, float],
@@ -38,8 +38,19 @@ def _sprawling(
 
 
 def crocodile(rng: np.random.Generator) -> Skeleton:
-    """Long flat snout, low body, short legs to the sides, a heavy tail with a crest."""
-    body = Body(rng, (0.0, 0.16, 0.0))
+    """Long flat snout, low body, short legs to the sides, a heavy tail with a crest.
+
+    Parameters
+    ----------
+    rng : np.random.Generator
+        Draws the proportions of the individual.
+
+    Returns
+    -------
+    Skeleton
+        Bones, flesh and motions at rest: +x is forwards, +y is up, lengths in a unit of its own.
+    """
+    body = SkeletonBuilder(rng, (0.0, 0.16, 0.0))
     tail = body.vary(0.95, 0.1)
     body.limb("rear", "root", [(0, 0.17, 0), (-0.28, 0.16, 0)], (0.17, 0.14), flat=Y, ratio=0.7)
     body.limb("chest", "root", [(0, 0.17, 0), (0.28, 0.16, 0)], (0.17, 0.135), flat=Y, ratio=0.7)
@@ -79,16 +90,27 @@ def crocodile(rng: np.random.Generator) -> Skeleton:
         )
     _sprawling(body, "foreleg", "chest.0", (0.24, 0.13, 0.09), 0.26, 0.055, -0.4)
     _sprawling(body, "hindleg", "rear.0", (-0.24, 0.13, 0.09), 0.28, 0.062, 0.5)
-    for part, angle in (("tail", 75), ("rear", 14), ("chest", 14), ("neck", 22), ("head", 12)):
-        body.curl(part, Y, -angle, angle)
+    for capsule, angle in (("tail", 75), ("rear", 14), ("chest", 14), ("neck", 22), ("head", 12)):
+        body.curl(capsule, Y, -angle, angle)
     body.curl("tail", Z, -25, 15)
     body.curl("neck", Z, -8, 25)
     return body.skeleton(heading=4, lean=16)
 
 
 def lizard(rng: np.random.Generator) -> Skeleton:
-    """A gecko: flat head, thin waist, four splayed legs with pads, a tapering tail."""
-    body = Body(rng, (0.0, 0.1, 0.0))
+    """A gecko: flat head, thin waist, four splayed legs with pads, a tapering tail.
+
+    Parameters
+    ----------
+    rng : np.random.Generator
+        Draws the proportions of the individual.
+
+    Returns
+    -------
+    Skeleton
+        Bones, flesh and motions at rest: +x is forwards, +y is up, lengths in a unit of its own.
+    """
+    body = SkeletonBuilder(rng, (0.0, 0.1, 0.0))
     tail = body.vary(0.75, 0.12)
     body.limb("rear", "root", [(0, 0.1, 0), (-0.25, 0.1, 0)], (0.11, 0.075))
     body.limb("chest", "root", [(0, 0.1, 0), (0.22, 0.1, 0)], (0.11, 0.085))
@@ -120,15 +142,26 @@ def lizard(rng: np.random.Generator) -> Skeleton:
         body.move(f"{name}.0", Y, -30, 30)
         body.move(f"{name}.1", Y, -30, 30)
         body.move(f"{name}.0", X, -10, 10)
-    for part, angle in (("tail", 120), ("rear", 22), ("chest", 22), ("neck", 25)):
-        body.curl(part, Y, -angle, angle)
+    for capsule, angle in (("tail", 120), ("rear", 22), ("chest", 22), ("neck", 25)):
+        body.curl(capsule, Y, -angle, angle)
     body.curl("tail", Z, -20, 20)
     return body.skeleton(heading=35, lean=50)
 
 
 def turtle(rng: np.random.Generator) -> Skeleton:
-    """A domed shell, four flippers, a neck and a short tail."""
-    body = Body(rng, (0.0, 0.16, 0.0))
+    """A domed shell, four flippers, a neck and a short tail.
+
+    Parameters
+    ----------
+    rng : np.random.Generator
+        Draws the proportions of the individual.
+
+    Returns
+    -------
+    Skeleton
+        Bones, flesh and motions at rest: +x is forwards, +y is up, lengths in a unit of its own.
+    """
+    body = SkeletonBuilder(rng, (0.0, 0.16, 0.0))
     long, wide = body.vary(0.43, 0.08), body.vary(0.35, 0.08)
     dome = body.vary(0.24, 0.14)
     body.blob("root", (0, 0.2, 0), (long, dome, wide), softness=0.1)

@@ -2,13 +2,24 @@
 
 import numpy as np
 
-from workers.creatures.builder import Body, Y, Z, beside
+from workers.creatures.builder import SkeletonBuilder, Y, Z, beside
 from workers.creatures.skeleton import Skeleton
 
 
 def snake(rng: np.random.Generator) -> Skeleton:
-    """A long body in bends, the head raised."""
-    body = Body(rng, (0.0, 0.07, 0.0))
+    """A long body in bends, the head raised.
+
+    Parameters
+    ----------
+    rng : np.random.Generator
+        Draws the proportions of the individual.
+
+    Returns
+    -------
+    Skeleton
+        Bones, flesh and motions at rest: +x is forwards, +y is up, lengths in a unit of its own.
+    """
+    body = SkeletonBuilder(rng, (0.0, 0.07, 0.0))
     long, swing = body.vary(2.2, 0.1), body.vary(0.22, 0.2)
     count = 28
     shares = np.linspace(0.0, 1.0, count + 1)
@@ -35,17 +46,28 @@ def snake(rng: np.random.Generator) -> Skeleton:
         flat=Y,
         ratio=0.68,
     )
-    for part in ("rear", "front"):
-        body.curl(part, Y, -70, 70)
-        body.wave(part, Y, 20, 1.0)
-        body.curl(part, Z, -14, 14)
+    for capsule in ("rear", "front"):
+        body.curl(capsule, Y, -70, 70)
+        body.wave(capsule, Y, 20, 1.0)
+        body.curl(capsule, Z, -14, 14)
     body.move("head.0", Y, -30, 30)
     return body.skeleton(heading=15, lean=25)
 
 
 def worm(rng: np.random.Generator) -> Skeleton:
-    """An earthworm: a thick tube of rings with a saddle, blunt at both ends."""
-    body = Body(rng, (0.0, 0.1, 0.0))
+    """An earthworm: a thick tube of rings with a saddle, blunt at both ends.
+
+    Parameters
+    ----------
+    rng : np.random.Generator
+        Draws the proportions of the individual.
+
+    Returns
+    -------
+    Skeleton
+        Bones, flesh and motions at rest: +x is forwards, +y is up, lengths in a unit of its own.
+    """
+    body = SkeletonBuilder(rng, (0.0, 0.1, 0.0))
     long, thick = body.vary(1.25, 0.15), body.vary(0.092, 0.15)
     count = 14
     shares = np.linspace(-0.5, 0.5, count + 1)
@@ -64,28 +86,28 @@ def worm(rng: np.random.Generator) -> Skeleton:
         radii[: half + 1][::-1].tolist(),
         jitter=0.02,
     )
-    for part in ("rear", "front"):
+    for capsule in ("rear", "front"):
         for i in range(half):
             for share in (0.0, 0.5):
-                saddle = part == "front" and i in (3, 4)
+                saddle = capsule == "front" and i in (3, 4)
                 ring = (1.26 if saddle else 1.09) * thick * (0.9 if i == half - 1 else 1.0)
-                way = body.at(f"{part}.{i}", 1.0) - body.at(f"{part}.{i}")
+                way = body.at(f"{capsule}.{i}", 1.0) - body.at(f"{capsule}.{i}")
                 pitch, yaw = (
                     np.degrees(np.arctan2(way[1], np.hypot(way[0], way[2]))),
                     np.degrees(np.arctan2(-way[2], way[0])),
                 )
                 body.blob(
-                    f"{part}.{i}",
-                    body.at(f"{part}.{i}", share),
+                    f"{capsule}.{i}",
+                    body.at(f"{capsule}.{i}", share),
                     (0.6 * thick if saddle else 0.38 * thick, ring, ring),
                     pitch=float(pitch),
                     yaw=float(-yaw),
                     softness=0.12,
                     jitter=0.02,
                 )
-        body.curl(part, Y, -110, 110)
-        body.curl(part, Z, -40, 40)
-        body.wave(part, Y, 14, 1.0)
+        body.curl(capsule, Y, -110, 110)
+        body.curl(capsule, Z, -40, 40)
+        body.wave(capsule, Y, 14, 1.0)
     return body.skeleton(heading=0)
 
 
