@@ -19,8 +19,8 @@ from workers.errors import ProteusError
 from workers.geometry.arrays import Float32Array, FloatArray
 from workers.geometry.cleaning import clean
 from workers.geometry.formats import parse
+from workers.geometry.formats.naming import read_name
 from workers.geometry.solution import solve
-from workers.pipeline.naming import read_name
 from workers.pipeline.solve import solve_view
 from workers.retrieval.bootstrap import difference, mean_of_rows
 from workers.retrieval.model import Model, describe

@@ -7,7 +7,7 @@ from pathlib import Path
 from proteus.benchmark.sources import MeshFile, mesh_file
 from proteus.files import find_files
 from workers.errors import InvalidRequestError
-from workers.pipeline.naming import read_name
+from workers.geometry.formats.naming import read_name
 
 MARKS = ("reference", "null")
 """What the name of the null shape says where its folder holds other meshes too."""

@@ -42,7 +42,7 @@ from service.search.ranking import Question, answer_question, choose_model, shap
 from service.security import READS
 from service.waiting import hold_on
 from workers.errors import InvalidMeshError, InvalidRequestError, ModelNotReadyError, ProteusError
-from workers.pipeline.naming import read_name
+from workers.geometry.formats.naming import read_name
 from workers.storage.arrays import vector_from_bytes
 from workers.storage.blobs import mesh_key
 from workers.storage.collections import get_collection

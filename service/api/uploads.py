@@ -17,7 +17,7 @@ from service.security import WRITES
 from service.upload_rows import Upload, shapes_of_job, store_upload
 from service.waiting import hold_on
 from workers.errors import InvalidRequestError
-from workers.pipeline.naming import read_name
+from workers.geometry.formats.naming import read_name
 from workers.storage.blobs import archive_key, mesh_key
 from workers.storage.collections import get_collection
 from workers.storage.shapes import NewShape, ShapeView, get_shapes

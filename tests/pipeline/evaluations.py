@@ -9,13 +9,13 @@ import numpy as np
 from sqlalchemy import select
 
 from workers.geometry.arrays import Float32Array
+from workers.geometry.formats.naming import read_name
 from workers.pipeline.evaluation_plan import (
     EvaluationRequest,
     frame_to_evaluate,
     plan_evaluation,
     store_frame,
 )
-from workers.pipeline.naming import read_name
 from workers.pipeline.work import run_part, run_pending
 from workers.pipeline.workbench import Workbench
 from workers.retrieval.builtin import built_in_models

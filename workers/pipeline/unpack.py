@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import TypeVar
 
 from workers.errors import UnsupportedFormatError, UploadTooLargeError
+from workers.geometry.formats.naming import read_name
 from workers.pipeline.archives import Entry, read_archive
-from workers.pipeline.naming import read_name
 from workers.pipeline.plans import ingest_part
 from workers.pipeline.workbench import Workbench
 from workers.storage.blobs import archive_key, mesh_key

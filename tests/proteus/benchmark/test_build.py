@@ -23,8 +23,8 @@ from workers.creatures import (
 )
 from workers.errors import InvalidRequestError
 from workers.geometry.formats import parse, write
+from workers.geometry.formats.naming import read_name
 from workers.geometry.mesh import TriangleMesh
-from workers.pipeline.naming import read_name
 
 TWO = ("isometry", "scale")
 

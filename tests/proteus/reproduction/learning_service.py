@@ -10,7 +10,7 @@ import numpy as np
 from tests.meshes import icosphere
 from tests.proteus.fake_service import TIME, FakeService, answer, problem
 from workers.geometry.formats import write
-from workers.pipeline.naming import read_name
+from workers.geometry.formats.naming import read_name
 
 Document = dict[str, Any]
 EIGENVALUES = np.geomspace(0.5, 500.0, 60)

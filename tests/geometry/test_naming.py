@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from workers.pipeline.naming import MAX_NAME, Naming, read_name
+from workers.geometry.formats.naming import MAX_NAME, Naming, read_name
 
 
 @pytest.mark.parametrize(

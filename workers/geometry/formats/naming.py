@@ -22,8 +22,18 @@ def read_name(filename: str) -> Naming:
     """Read a file's name, or its path inside a zip.
 
     ``<label>.<transformation>.<strength>.<ending>`` is the convention of SHREC, as in
-    ``cat.holes.3.off``; otherwise the folder, if there is one, is the label, as in
-    ``cat/17.ply``. Nothing of it is ever used as a path.
+    ``cat.holes.3.off``. Otherwise the folder, if there is one, is the label, as in ``cat/17.ply``.
+    Nothing of it is ever used as a path.
+
+    Parameters
+    ----------
+    filename : str
+        As the client or the archive gave it.
+
+    Returns
+    -------
+    Naming
+        Printable text, the name at most 255 characters long.
     """
     printable = "".join(c for c in filename.replace("\\", "/") if c.isprintable())
     path = PurePosixPath(printable)
