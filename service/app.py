@@ -89,7 +89,7 @@ def create_app(settings: Settings | None = None) -> FastAPI:
     add_error_handlers(app)
     for module in ROUTERS:
         app.include_router(module.router)
-    install_openapi(app)
+    install_openapi(app, has_keys=app.state.gate.has_keys)
     add_documentation(app)
     page.add_page(app, page.FOLDER)
     return app

@@ -9,6 +9,7 @@ from typing import Annotated
 
 from fastapi import Depends, Query, Request
 from fastapi import Path as PathParameter
+from pydantic import Field
 
 from service.readiness import BrokerWatch
 from service.schemas.collections import NAME_PATTERN
@@ -25,10 +26,18 @@ from workers.errors import (
 from workers.settings import Settings
 from workers.storage.blobs import BlobStore
 from workers.storage.database import Database
+from workers.storage.paging import MOST_CURSOR
 from workers.tasks.dispatch import Dispatcher
 
 ID = re.compile(r"[0-9a-f]{8}(-[0-9a-f]{4}){3}-[0-9a-f]{12}")
 MAX_WAIT_SECONDS = 60
+Cursor = Annotated[
+    str,
+    Field(
+        pattern=r"^[A-Za-z0-9_-]*$", max_length=MOST_CURSOR, json_schema_extra={"format": "cursor"}
+    ),
+]
+"""Base64 of a row's key: opaque to clients, which send back what they were given."""
 
 
 @dataclass(frozen=True)
@@ -58,9 +67,7 @@ async def _services(request: Request) -> Services:
 
 async def _page(
     limit: Annotated[int, Query(ge=1, le=1000, description="most items of the page")] = 50,
-    cursor: Annotated[
-        Text | None, Query(max_length=400, description="`next_cursor` of the page before")
-    ] = None,
+    cursor: Annotated[Cursor | None, Query(description="`next_cursor` of the page before")] = None,
 ) -> PageRequest:
     return PageRequest(limit, cursor or None)
 

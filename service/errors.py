@@ -13,6 +13,7 @@ from sqlalchemy.exc import InterfaceError, OperationalError
 from sqlalchemy.exc import TimeoutError as PoolTimeoutError
 from starlette.exceptions import HTTPException
 from starlette.responses import Response
+from starlette.routing import BaseRoute, Match, Mount
 from starlette.types import Scope
 
 from workers import errors
@@ -21,6 +22,7 @@ log = structlog.get_logger(__name__)
 
 PROBLEM_TYPE = "application/problem+json"
 RETRY_SECONDS = 2
+METHODS = ("DELETE", "GET", "HEAD", "OPTIONS", "PATCH", "POST", "PUT")
 STATUS: Mapping[type[errors.ProteusError], int] = {
     errors.InvalidMeshError: 422,
     errors.UnsupportedFormatError: 415,
@@ -123,13 +125,32 @@ async def _answer_http_exception(request: Request, error: Exception) -> Response
         status, detail = 422, "the body could not be read as JSON"
     if detail == phrase and status == 404:
         detail = f"there is nothing at {request.url.path[:200]}; see /docs"
-    if detail == phrase and status == 405:
-        allowed = (error.headers or {}).get("Allow") or (error.headers or {}).get("allow", "")
-        detail = f"{request.method} is not possible here, expected {allowed or 'another method'}"
+    headers = dict(error.headers or {})
+    if status == 405:
+        headers = {"Allow": ", ".join(allowed_methods(request))}
+        detail = f"{request.method} is not possible here, expected {headers['Allow']}"
     kind = "invalid-request" if status in {400, 422} else BY_STATUS.get(status, _slug(status))
-    return problem_response(
-        request.scope, status=status, kind=kind, detail=detail, headers=error.headers
-    )
+    return problem_response(request.scope, status=status, kind=kind, detail=detail, headers=headers)
+
+
+def allowed_methods(request: Request) -> list[str]:
+    """Return the methods that some route answers at a request's path.
+
+    The framework names those of one route alone, and a path may have a route for each method.
+    """
+    routes = request.app.router.routes
+    root = request.scope.get("app_root_path", request.scope.get("root_path", ""))
+    scope = {**request.scope, "root_path": root}  # a mount has made its own of it
+    if any(isinstance(route, Mount) and _answers(route, scope) for route in routes):
+        return ["GET", "HEAD"]  # what is mounted are files
+    scopes = {method: {**scope, "method": method} for method in METHODS}
+    return [
+        method for method in METHODS if any(_answers(route, scopes[method]) for route in routes)
+    ]
+
+
+def _answers(route: BaseRoute, scope: Scope) -> bool:
+    return route.matches(scope)[0] is Match.FULL
 
 
 async def _answer_validation_error(request: Request, error: Exception) -> Response:

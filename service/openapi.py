@@ -102,8 +102,16 @@ def multipart_body(properties: dict[str, Any], *, required: str) -> dict[str, An
     }
 
 
-def install_openapi(app: FastAPI) -> None:
-    """Make the document at its first use, with the schema of problems in it."""
+def install_openapi(app: FastAPI, *, has_keys: bool) -> None:
+    """Make the document at its first use.
+
+    Parameters
+    ----------
+    app : FastAPI
+        What is described.
+    has_keys : bool
+        Whether requests need a key. Without keys the document speaks of none.
+    """
 
     def document() -> dict[str, Any]:
         if app.openapi_schema is None:
@@ -122,10 +130,20 @@ def install_openapi(app: FastAPI) -> None:
             for unused in ("HTTPValidationError", "ValidationError"):
                 schemas.pop(unused, None)
             _put_back_nulls(schemas)
+            if not has_keys:
+                _take_out_keys(made)
             app.openapi_schema = made
         return app.openapi_schema
 
     app.openapi = document  # type: ignore[method-assign]
+
+
+def _take_out_keys(document: dict[str, Any]) -> None:
+    """Remove the demand for a key; the answers 401 and 403 stay, as clients must know them."""
+    document["components"].pop("securitySchemes", None)
+    for operations in document["paths"].values():
+        for operation in operations.values():
+            operation.pop("security", None)
 
 
 def _put_back_nulls(schemas: dict[str, Any]) -> None:

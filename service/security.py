@@ -120,6 +120,11 @@ class Gate:
         self._counts = open_counts(settings)
 
     @property
+    def has_keys(self) -> bool:
+        """Whether requests need a key."""
+        return bool(self._keys)
+
+    @property
     def may_wait(self) -> bool:
         """Whether `admit` may wait for Redis."""
         return self._counts.may_wait

@@ -67,6 +67,10 @@ CONTRACT = {
     ("get", "/v1/jobs/{job_id}/events"): {"200", "404"},
 }
 """The table of the contract, and what was added: operations, and statuses each speaks of."""
+LISTS = {
+    ("get", f"/v1/{name}")
+    for name in ("collections", "collections/{collection}/shapes", "models", "evaluations", "jobs")
+}
 
 
 @pytest.fixture
@@ -139,6 +143,41 @@ def test_every_operation_of_the_contract_is_there_and_no_other(document: Json) -
         assert statuses <= found[operation], operation
     identifiers = [operation["operationId"] for _, _, operation in operations(document)]
     assert len(set(identifiers)) == len(identifiers)
+
+
+def test_without_keys_no_operation_demands_one(document: Json) -> None:
+    assert "securitySchemes" not in document["components"]
+    assert "security" not in document
+    for method, path, operation in operations(document):
+        assert "security" not in operation, (method, path)
+
+
+def test_a_cursor_has_a_declared_form(document: Json, zoo: Api) -> None:
+    found = 0
+    for _, _path, operation in operations(document):
+        for parameter in operation.get("parameters", []):
+            if parameter["name"] == "cursor":
+                (schema,) = [s for s in parameter["schema"]["anyOf"] if s["type"] == "string"]
+                assert schema["maxLength"] < 2000
+                given = zoo.get("/v1/models?limit=1")["next_cursor"]
+                assert re.search(schema["pattern"], given)
+                assert not re.search(schema["pattern"], "not a cursor!")
+                found += 1
+    assert found == sum(1 for m, p, _ in operations(document) if (m, p) in LISTS)
+
+
+def test_a_method_that_is_not_there_is_answered_with_all_that_are(document: Json, api: Api) -> None:
+    for path, methods in document["paths"].items():
+        place = re.sub(r"\{\w+\}", "heat", path)
+        for method in ("OPTIONS", "TRACE", "PUT", "HEAD"):
+            if method.lower() in methods:
+                continue
+            answer = api.client.request(method, place)
+            assert answer.status_code == 405, (method, place)
+            assert answer.headers["Allow"] == ", ".join(sorted(methods)).upper()
+    for place in ("/", "/openapi.json", "/docs/assets/swagger-ui.css"):
+        assert api.client.post(place).headers["Allow"] == "GET, HEAD"
+        assert api.client.head(place).status_code == 200
 
 
 def test_every_operation_says_what_it_does_and_how_it_fails(document: Json) -> None:

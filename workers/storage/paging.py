@@ -9,6 +9,10 @@ from typing import Generic, TypeVar
 from workers.errors import InvalidRequestError
 
 Row = TypeVar("Row")
+MOST_KEY = 200
+"""Characters of a row's key."""
+MOST_CURSOR = -(-4 * 4 * MOST_KEY // 3)
+"""Characters of a cursor: base64 makes four of three bytes, and a character has at most four."""
 
 
 @dataclass(frozen=True)
@@ -39,7 +43,7 @@ def decode_cursor(cursor: str | None) -> str | None:
         key = base64.b64decode(padded.encode(), altchars=b"-_", validate=True).decode()
     except (binascii.Error, UnicodeError):
         raise InvalidRequestError(f"the cursor {cursor[:40]!r} is none that was given") from None
-    if not key or "\x00" in key or len(key) > 200:
+    if not key or "\x00" in key or len(key) > MOST_KEY:
         raise InvalidRequestError(f"the cursor {cursor[:40]!r} is none that was given")
     return key
 
