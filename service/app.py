@@ -40,7 +40,7 @@ from workers.logs import configure_logs
 from workers.settings import MEBIBYTE, Settings, load_settings
 from workers.storage.blobs import BlobStore
 from workers.storage.database import Database
-from workers.storage.models import Collection
+from workers.storage.models import Collection, TrainedModel
 from workers.tasks.dispatch import Dispatcher
 
 log = structlog.get_logger(__name__)
@@ -130,13 +130,16 @@ def _close(services: Services) -> None:
 
 
 def _tidy(services: Services) -> None:
-    """Remove what a crash left behind: old parts of uploads, caches of deleted collections."""
+    """Remove what a crash left behind: old parts of uploads, caches of what was deleted."""
     for folder in uploads_path(services.settings).glob("*"):
         if time.time() - folder.lstat().st_mtime > STALE_SECONDS:
             shutil.rmtree(folder, ignore_errors=True)
     try:
         with services.database.read() as session:
-            services.indexes.keep_only(set(session.scalars(select(Collection.id))))
+            services.indexes.keep_only(
+                set(session.scalars(select(Collection.id))),
+                set(session.scalars(select(TrainedModel.name))),
+            )
     except SQLAlchemyError as error:
         log.warning("the database cannot be read yet", error=str(error)[:300])
 

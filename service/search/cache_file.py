@@ -3,9 +3,13 @@
 Layout: 8 bytes of magic, the length of the header (8 bytes, little-endian), the header (JSON),
 padding to a page, ids of 36 bytes, padding to a page, rows of little-endian float32, and a hole
 for rows to come. The mapping is private: what is added later never reaches the file.
+
+A file is written under another name and then renamed into place. It must never be written to:
+a process that has mapped a file dies when the file becomes shorter.
 """
 
 import contextlib
+import hashlib
 import json
 import os
 import uuid
@@ -23,6 +27,9 @@ MAGIC = b"PROTEUS1"
 PAGE = 4096
 ID_BYTES = 36
 BLOCK = 1 << 24
+ENDING = ".index"
+PARTIAL = ".partial"
+"""Ending of a file that is being written."""
 
 
 @dataclass(frozen=True)
@@ -36,8 +43,8 @@ class Identity:
 
     @property
     def file_name(self) -> str:
-        """Name of its cache file."""
-        return f"{self.collection_id}.{self.fingerprint[:16]}.index"
+        """Name of its cache file: of the collection, the model's name and its fingerprint."""
+        return f"{self.collection_id}.{model_tag(self.model)}.{self.fingerprint[:16]}{ENDING}"
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,6 +63,11 @@ class Cached:
     ids: list[str]
     matrix: Float32Array
     number: int
+
+
+def model_tag(model: str) -> str:
+    """Return what stands for a model's name in names of cache files."""
+    return hashlib.sha256(model.encode()).hexdigest()[:16]
 
 
 def write_cache(
@@ -96,7 +108,7 @@ def write_cache(
     ids_at = _padded(16 + len(text))
     rows_at = _padded(ids_at + len(names))
     path.parent.mkdir(parents=True, exist_ok=True)
-    partial = path.with_name(f".{path.name}.{uuid.uuid4().hex}")
+    partial = path.with_name(f".{path.name}.{uuid.uuid4().hex}{PARTIAL}")
     try:
         with partial.open("wb") as file:
             file.write(MAGIC + len(text).to_bytes(8, "little") + text)

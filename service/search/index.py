@@ -11,6 +11,7 @@ What a snapshot shares with the index never changes below the snapshot's n rows:
 - ``ShapeRows`` is only added to, and is asked for rows below n.
 """
 
+import contextlib
 import threading
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
@@ -118,6 +119,7 @@ class SearchIndex:
         self._sizes = sizes
         self._lock = threading.Lock()
         self._loaded = False
+        self._discarded = False
         self._clear()
 
     @property
@@ -147,6 +149,13 @@ class SearchIndex:
         with self._lock:
             if self._unsaved:
                 self._save()
+
+    def discard(self) -> None:
+        """Remove the cache file and write none again; searches that use the index go on."""
+        with self._lock:
+            self._discarded = True
+            with contextlib.suppress(OSError):
+                self._path.unlink(missing_ok=True)
 
     def _clear(self) -> None:
         self._number = 0
@@ -260,6 +269,8 @@ class SearchIndex:
 
     def _save(self) -> None:
         """Write the cache file and go on with its mapping, which the system may page out."""
+        if self._discarded:
+            return
         ids, matrix = self._living() if self._n_dead else (self._ids, self._matrix[: self._n])
         try:
             write_cache(

@@ -1,9 +1,12 @@
 """All search indexes of this process: the least recently asked go when memory runs out."""
 
+import contextlib
 import hashlib
 import json
 import threading
+import time
 from collections import OrderedDict
+from collections.abc import Callable
 from collections.abc import Collection as Members
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,7 +14,7 @@ from pathlib import Path
 import structlog
 from sqlalchemy.orm import Session
 
-from service.search.cache_file import Identity
+from service.search.cache_file import ENDING, PARTIAL, Identity, model_tag
 from service.search.index import SearchIndex, Snapshot
 from workers.retrieval.model import Model
 from workers.storage.database import Database
@@ -21,6 +24,7 @@ from workers.storage.trained_models import get_model_row, load_model
 log = structlog.get_logger(__name__)
 
 MAX_BYTES = 4 << 30
+PARTIAL_SECONDS = 3600
 Key = tuple[str, str]
 
 
@@ -61,43 +65,73 @@ class SearchIndexes:
         self._folder = folder
         self._max_bytes = max_bytes
         self._indexes: OrderedDict[Key, SearchIndex] = OrderedDict()
+        self._evicted: list[tuple[Key, SearchIndex]] = []
         self._lock = threading.Lock()
 
     def snapshot(self, collection_id: str, search: SearchModel) -> Snapshot:
-        """Return the index of a collection under a model, as up to date as the database."""
+        """Return the index of a collection under a model, as up to date as the database.
+
+        Parameters
+        ----------
+        collection_id : str
+            Of the collection.
+        search : SearchModel
+            The model. An index of another model that had its name is dropped.
+
+        Returns
+        -------
+        Snapshot
+            The index; it stays as it is while others update it.
+        """
         identity = Identity(
             collection_id, search.model.name, search.fingerprint, search.model.dimension
         )
         key = (collection_id, search.model.name)
+        outdated: SearchIndex | None = None
         with self._lock:
             index = self._indexes.get(key)
             if index is None or index.identity != identity:
-                path = self._folder / identity.file_name
+                outdated, path = index, self._folder / identity.file_name
                 index = self._indexes[key] = SearchIndex(self._database, identity, path)
+                self._remove_files(*key, but=path)
             self._indexes.move_to_end(key)
+        if outdated is not None:
+            outdated.discard()
         snapshot = index.snapshot()
         self._evict()
         return snapshot
 
     def forget_collection(self, collection_id: str) -> None:
         """Drop the indexes of a collection that was deleted, and their files."""
-        with self._lock:
-            for key in [key for key in self._indexes if key[0] == collection_id]:
-                del self._indexes[key]
-        for path in self._folder.glob(f"{collection_id}.*.index"):
-            path.unlink(missing_ok=True)
+        self._forget(lambda key: key[0] == collection_id)
+        self._remove_files(collection_id, None)
 
     def forget_model(self, name: str) -> None:
-        """Drop the indexes under a model that was deleted."""
-        with self._lock:
-            for key in [key for key in self._indexes if key[1] == name]:
-                del self._indexes[key]
+        """Drop the indexes under a model that was deleted, and their files."""
+        self._forget(lambda key: key[1] == name)
+        self._remove_files(None, name)
 
-    def keep_only(self, collection_ids: Members[str]) -> None:
-        """Remove cache files of collections that are no more."""
-        for path in self._folder.glob("*.index"):
-            if path.name.partition(".")[0] not in collection_ids:
-                path.unlink(missing_ok=True)
+    def keep_only(self, collection_ids: Members[str], models: Members[str]) -> None:
+        """Remove cache files of collections or models that are no more.
+
+        What a crash left of a file is removed too, once it is older than an hour.
+
+        Parameters
+        ----------
+        collection_ids : collection of str
+            Those that there are.
+        models : collection of str
+            Names of those that there are.
+        """
+        tags = {model_tag(name) for name in models}
+        for path in self._folder.glob(f"*{ENDING}"):
+            collection_id, tag, *_ = [*path.name.split("."), ""]
+            if collection_id not in collection_ids or tag not in tags:
+                _remove(path)
+        for path in self._folder.glob(f".*{PARTIAL}"):
+            with contextlib.suppress(FileNotFoundError):
+                if time.time() - path.stat().st_mtime > PARTIAL_SECONDS:
+                    _remove(path)
 
     def sizes(self) -> dict[Key, tuple[int, int]]:
         """Rows and bytes of the open indexes by collection id and model."""
@@ -114,15 +148,44 @@ class SearchIndexes:
 
     def _evict(self) -> None:
         """Drop the least recently asked until the rest fits."""
-        evicted: list[SearchIndex] = []
+        evicted: list[tuple[Key, SearchIndex]] = []
         with self._lock:
             total = sum(index.n_bytes for index in self._indexes.values())
             while total > self._max_bytes and len(self._indexes) > 1:
-                _, index = self._indexes.popitem(last=False)
+                key, index = self._indexes.popitem(last=False)
                 total -= index.n_bytes
-                evicted.append(index)
-        for index in evicted:
-            index.save()
+                evicted.append((key, index))
+            self._evicted += evicted
+        for entry in evicted:
+            entry[1].save()
+            with self._lock:
+                self._evicted.remove(entry)
+
+    def _forget(self, concerns: Callable[[Key], bool]) -> None:
+        """Drop indexes, those among them that are just being saved."""
+        with self._lock:
+            discarded = [index for key, index in self._evicted if concerns(key)]
+            for key in [key for key in self._indexes if concerns(key)]:
+                discarded.append(self._indexes.pop(key))
+        for index in discarded:
+            index.discard()
+
+    def _remove_files(
+        self, collection_id: str | None, model: str | None, *, but: Path | None = None
+    ) -> None:
+        """Remove cache files of a collection, under a model, or both."""
+        tag = "*" if model is None else model_tag(model)
+        for path in self._folder.glob(f"{collection_id or '*'}.{tag}.*{ENDING}"):
+            if path != but:
+                _remove(path)
+
+
+def _remove(path: Path) -> None:
+    """Remove a cache file; one that stays only takes room."""
+    try:
+        path.unlink(missing_ok=True)
+    except OSError as error:
+        log.warning("a search index's cache cannot be removed", path=str(path), error=str(error))
 
 
 def _fingerprint(row: TrainedModel) -> str:

@@ -12,7 +12,6 @@ from sqlalchemy import update
 
 from service.search.cache_file import Identity, read_cache, write_cache
 from service.search.index import IndexSizes, SearchIndex
-from service.search.indexes import SearchIndexes, load_search_model
 from tests.service.indexed import (
     DIMENSION,
     Rows,
@@ -26,14 +25,13 @@ from tests.service.indexed import (
 )
 from tests.service.running import closing_database, make_settings
 from workers.geometry.arrays import Float32Array
-from workers.storage.arrays import vector_to_bytes
 from workers.storage.change_feed import prune_deletions
 from workers.storage.collections import create_collection
 from workers.storage.database import Database
 from workers.storage.descriptors import store_descriptors
 from workers.storage.identifiers import new_id
 from workers.storage.migrate import migrate
-from workers.storage.models import Counter, TrainedModel
+from workers.storage.models import Counter
 
 Open = Callable[[], SearchIndex]
 
@@ -313,45 +311,3 @@ def test_readers_see_whole_transactions_while_writers_work(
         readers = [pool.submit(read) for _ in range(3)]
         pool.submit(write).result()
         assert all(reader.result() > 0 for reader in readers)
-
-
-def test_the_least_recently_asked_index_goes_first(
-    database: Database, rng: np.random.Generator, tmp_path: Path
-) -> None:
-    indexes = SearchIndexes(database, tmp_path / "cache", max_bytes=1)
-    with database.begin() as session:
-        search = load_search_model(session, "heat")
-        ids = [
-            create_collection(session, name=f"c{n}", description="", model="heat").id
-            for n in range(3)
-        ]
-        vector = vector_to_bytes(np.zeros(search.model.dimension, dtype=np.float32))
-        for collection_id in ids:
-            store_descriptors(session, collection_id, [(new_id(), "heat", vector)])
-    for collection_id in (*ids, ids[0]):
-        snapshot = indexes.snapshot(collection_id, search)
-        assert len(snapshot.matrix) == 1
-        assert list(indexes.sizes()) == [(collection_id, "heat")]
-    indexes.close()
-    assert len(list((tmp_path / "cache").glob("*.index"))) == 3
-    indexes.keep_only(ids[:1])
-    assert [path.name[:36] for path in (tmp_path / "cache").iterdir()] == ids[:1]
-
-
-def test_a_model_that_took_an_old_name_has_an_index_of_its_own(
-    database: Database, tmp_path: Path
-) -> None:
-    indexes = SearchIndexes(database, tmp_path / "cache")
-    with database.begin() as session:
-        row = create_collection(session, name="zoo", description="", model="heat")
-        first = load_search_model(session, "heat")
-        vector = vector_to_bytes(np.zeros(first.model.dimension, dtype=np.float32))
-        store_descriptors(session, row.id, [(new_id(), "heat", vector)])
-    assert len(indexes.snapshot(row.id, first).matrix) == 1
-    with database.begin() as session:
-        session.execute(update(TrainedModel).values(created_at=1.0))
-    with database.read() as session:
-        second = load_search_model(session, "heat")
-    assert second.fingerprint != first.fingerprint
-    forget(database, indexes.snapshot(row.id, second).ids[:1])  # type: ignore[arg-type]
-    assert indexes.snapshot(row.id, second).rows.tolist() == []
