@@ -22,7 +22,13 @@ from workers.pipeline.train_bank import bank_shapes, descriptors
 from workers.pipeline.training_parts import VARIANT, load_kept
 from workers.pipeline.training_variants import Variant
 from workers.pipeline.workbench import Workbench
-from workers.retrieval.channels import EIGENVALUES, Channel
+from workers.retrieval.channels import (
+    Channel,
+    EigenvalueChannel,
+    KernelChannel,
+    LogDiagonalChannel,
+)
+from workers.retrieval.channels.base import NO_CENTRE
 from workers.retrieval.model import Model
 from workers.settings import Settings
 from workers.storage.blobs import BlobStore
@@ -64,15 +70,14 @@ def trained_on(folder: Path) -> tuple[BankShapes, Model]:
 def only(
     keep: Callable[[Channel], bool], options: BankOptions | None = None, *, roughness: bool = True
 ) -> Way:
-    """Train with some of the candidates, and with or without knowing what is rough."""
+    """Train with some of the candidates, and with or without limits of roughness."""
 
     def restrict(shapes: BankShapes, all_of_them: Model) -> tuple[BankShapes, Model, BankOptions]:
-        kept = tuple(
-            channel
-            for channel in all_of_them.channels
-            if (roughness if channel.is_of_roughness else keep(channel))
+        fewer = replace(
+            all_of_them,
+            channels=tuple(channel for channel in all_of_them.channels if keep(channel)),
+            roughness_limits=all_of_them.roughness_limits if roughness else (),
         )
-        fewer = replace(all_of_them, channels=kept)
         return of_channels(shapes, all_of_them, fewer), fewer, options or BankOptions()
 
     return restrict
@@ -105,15 +110,17 @@ def _of_view(name: str) -> Way:
 
 WAYS: Mapping[str, Way] = {
     BASE: only(lambda channel: True),
-    "without points": only(lambda channel: not channel.is_of_points),
+    "without points": only(lambda channel: not channel.is_reranked),
     "without roughness": only(lambda channel: True, roughness=False),
     "without finer kernels": only(lambda channel: is_resolved(channel, FEW_EIGENPAIRS)),
     "view detailed alone": _of_view("detailed"),
     "view smooth alone": _of_view("smooth"),
-    "without eigenvalues": only(lambda channel: channel.feature != EIGENVALUES),
-    "quantiles alone, uncentred": only(lambda channel: channel.centre == "none"),
+    "without eigenvalues": only(lambda channel: not isinstance(channel, EigenvalueChannel)),
+    "quantiles alone, uncentred": only(
+        lambda channel: not isinstance(channel, LogDiagonalChannel) or channel.centre == NO_CENTRE
+    ),
     "heat kernels alone": only(
-        lambda channel: channel.kernel is not None and channel.kernel.kind == "heat"
+        lambda channel: isinstance(channel, KernelChannel) and channel.kernel.kind == "heat"
     ),
     "at most 8 channels": only(lambda channel: True, BankOptions(channels=8)),
     "at most 40 channels": only(lambda channel: True, BankOptions(channels=40)),

@@ -20,11 +20,12 @@ from workers.geometry.arrays import Float32Array, FloatArray
 from workers.geometry.cleaning import clean
 from workers.geometry.formats import parse
 from workers.geometry.formats.naming import read_name
+from workers.geometry.preparation import View
 from workers.geometry.solution import solve
 from workers.pipeline.solve import solve_view
 from workers.retrieval.bootstrap import difference, mean_of_rows
 from workers.retrieval.model import Model, describe
-from workers.retrieval.scan import distances, with_points
+from workers.retrieval.scan import distances, rerank
 from workers.settings import Settings
 from workers.storage.blobs import BlobStore
 from workers.training.bank import BankShapes
@@ -54,12 +55,21 @@ def described(
     names = json.loads((folder / "benchmark.json").read_text())["files"]
     rows = np.empty((len(names), model.dimension), dtype=np.float32)
     for view in model.views:
-        channels = tuple(channel for channel in model.channels if channel.view == view.name)
-        part = replace(model, views=(view,), channels=channels)
-        found = _of_view(folder, names, part, processes, solutions)
-        for channel in channels:
-            rows[:, model.slices[channel.name]] = found[:, part.slices[channel.name]]
+        own = of_view(model, view)
+        found = _of_view(folder, names, own, processes, solutions)
+        for name, columns in own.slices.items():
+            rows[:, model.slices[name]] = found[:, columns]
     return _arranged(names, rows)
+
+
+def of_view(model: Model, view: View) -> Model:
+    """Model of what has one view."""
+    return replace(
+        model,
+        views=(view,),
+        channels=tuple(one for one in model.channels if one.view == view.name),
+        roughness_limits=tuple(one for one in model.roughness_limits if one.view == view.name),
+    )
 
 
 def _of_view(
@@ -118,7 +128,7 @@ def _arranged(names: Sequence[str], rows: Float32Array) -> BankShapes:
 def of_channels(shapes: BankShapes, model: Model, fewer: Model) -> BankShapes:
     """Shapes that were described under a model, under one that has some of its channels."""
     every = np.arange(model.dimension)
-    chosen = np.concatenate([every[model.slices[channel.name]] for channel in fewer.channels])
+    chosen = np.concatenate([every[model.slices[channel.name]] for channel in fewer.entries])
     return replace(
         shapes, references=shapes.references[:, chosen], queries=shapes.queries[:, chosen]
     )
@@ -128,9 +138,9 @@ def scores_of(model: Model, shapes: BankShapes) -> FloatArray:
     """Average precision of each query, (q,), in per cent: 100 / rank."""
     scores = np.empty(len(shapes.queries))
     for number, (query, own) in enumerate(zip(shapes.queries, shapes.truth.tolist(), strict=True)):
-        far = distances(query, shapes.references, model)
-        far = with_points(query, lambda places: shapes.references[places], far, model)
-        scores[number] = 100.0 / np.count_nonzero(far <= far[own])
+        scanned = distances(query, shapes.references, model)
+        found = rerank(query, lambda places: shapes.references[places], scanned, model)
+        scores[number] = 100.0 / np.count_nonzero(found <= found[own])
     return scores
 
 

@@ -31,7 +31,7 @@ def of_view(model: Model, view: str) -> Model:
 def with_heavier_points(model: Model, factor: float) -> Model:
     """Model whose channels of points weigh so many times as much."""
     channels = tuple(
-        replace(channel, weight=factor * channel.weight) if channel.is_of_points else channel
+        replace(channel, weight=factor * channel.weight) if channel.is_reranked else channel
         for channel in model.channels
     )
     return replace(model, channels=channels)
@@ -50,8 +50,7 @@ def missed(scores: FloatArray, shapes: BankShapes) -> dict[str, list[str]]:
 
 def ranges_of_roughness(shapes: BankShapes, model: Model) -> dict[str, str]:
     """Least and greatest roughness of the references, and of the copies by their transformation."""
-    channel = next(channel for channel in model.channels if channel.is_of_roughness)
-    column = model.slices[channel.name].start
+    column = model.slices[model.roughness_limits[0].name].start
     of_copies: dict[str, dict[int, list[float]]] = {}
     rough = shapes.queries[:, column].tolist()
     for name, strength, value in zip(shapes.transformations, shapes.strengths, rough, strict=True):

@@ -15,8 +15,8 @@ from benchmarks.described import described, of_channels, show_rows
 from workers.geometry.arrays import FloatArray
 from workers.geometry.preparation import named_view
 from workers.retrieval.model import Model
-from workers.retrieval.scan import distances, with_points
-from workers.retrieval.trust import trusted
+from workers.retrieval.query_weights import weighted_for
+from workers.retrieval.scan import distances, rerank
 from workers.storage.shipped_models import shipped_model
 from workers.training.bank import POWER
 from workers.training.bank_shapes import BankShapes
@@ -31,12 +31,12 @@ def parts_of_views(model: Model, shapes: BankShapes) -> FloatArray:
     for number, view in enumerate(model.views):
         names = [channel.name for channel in model.scanned if channel.view == view.name]
         for query, row in enumerate(shapes.queries):
-            counting = trusted(row, model)
-            channels = tuple(channel for channel in counting.scanned if channel.name in names)
-            part = replace(model, views=(view,), channels=channels)
+            weighted = weighted_for(row, model)
+            channels = tuple(channel for channel in weighted.scanned if channel.name in names)
+            own = replace(model, views=(view,), channels=channels, roughness_limits=())
             if query == 0:
-                seen = of_channels(shapes, model, part)
-            found[number, query] = distances(seen.queries[query], seen.references, part)
+                seen = of_channels(shapes, model, own)
+            found[number, query] = distances(seen.queries[query], seen.references, own)
     return found
 
 
@@ -46,9 +46,9 @@ def scores_at(power: float, parts: FloatArray, model: Model, shapes: BankShapes)
     middle = np.median(own, axis=1)[:, None, None]  # (v, 1, 1)
     fused = (middle * (parts / middle) ** power).sum(axis=0)  # (q, g)
     scores = np.empty(len(fused))
-    for number, (query, far) in enumerate(zip(shapes.queries, fused, strict=True)):
-        near = with_points(query, lambda places: shapes.references[places], far, model)
-        scores[number] = 100.0 / np.count_nonzero(near <= near[shapes.truth[number]])
+    for number, (query, scanned) in enumerate(zip(shapes.queries, fused, strict=True)):
+        found = rerank(query, lambda places: shapes.references[places], scanned, model)
+        scores[number] = 100.0 / np.count_nonzero(found <= found[shapes.truth[number]])
     return scores
 
 

@@ -20,7 +20,7 @@ import numpy as np
 from benchmarks.described import described, of_channels, scores_of, show_rows
 from workers.geometry.arrays import Float32Array
 from workers.geometry.preparation import Step, View, named_view
-from workers.retrieval.channels import AREA, LOG_DIAGONAL
+from workers.retrieval.channels import AreaChannel, LogDiagonalChannel, Quantiles
 from workers.retrieval.model import Model
 from workers.storage.shipped_models import shipped_model
 from workers.training.bank import POWER
@@ -82,7 +82,7 @@ SLOPES = "detailed + smooth, slopes of quantiles too"
 def without_area(views: Sequence[View]) -> Model:
     """Candidates under these views, but for the one that sees scale."""
     candidates = candidate_model(views, power=POWER)
-    kept = tuple(channel for channel in candidates.channels if channel.feature != AREA)
+    kept = tuple(channel for channel in candidates.channels if not isinstance(channel, AreaChannel))
     return replace(candidates, channels=kept)
 
 
@@ -90,10 +90,8 @@ def even(shapes: BankShapes, candidates: Model) -> Model:
     """Model of all candidates that tell anything, with even weights."""
     scales = typical_scales(shapes, dissimilarities(shapes, candidates))
     channels = tuple(
-        channel
-        if channel.is_of_roughness
-        else replace(
-            channel, scale=float(scale), weight=WEIGHT_OF_POINTS if channel.is_of_points else 1.0
+        replace(
+            channel, scale=float(scale), weight=WEIGHT_OF_POINTS if channel.is_reranked else 1.0
         )
         for channel, scale in zip(candidates.channels, scales, strict=True)
         if scale > 0.0
@@ -103,20 +101,20 @@ def even(shapes: BankShapes, candidates: Model) -> Model:
 
 def with_slopes(shapes: BankShapes, candidates: Model) -> tuple[BankShapes, Model]:
     """Shapes under one more channel for each of ln k(x,x): the slopes of its quantiles."""
+    signatures = [one for one in candidates.channels if isinstance(one, LogDiagonalChannel)]
     slopes = [
-        replace(channel, name=f"{channel.name}, slopes", levels=(channel.levels or ())[1:])
-        for channel in candidates.channels
-        if channel.feature == LOG_DIAGONAL
+        replace(channel, name=f"{channel.name}, slopes", summary=Quantiles(QUANTILE_LEVELS[1:]))
+        for channel in signatures
     ]
     steps = np.diff(QUANTILE_LEVELS)
+    end = sum(channel.dimension for channel in candidates.channels)  # roughness stands behind
 
     def longer(rows: Float32Array) -> Float32Array:
-        parts = [rows] + [
+        added = [
             np.diff(rows[:, candidates.slices[channel.name]], axis=1) / steps
-            for channel in candidates.channels
-            if channel.feature == LOG_DIAGONAL
+            for channel in signatures
         ]
-        return np.concatenate(parts, axis=1, dtype=np.float32)
+        return np.concatenate([rows[:, :end], *added, rows[:, end:]], axis=1, dtype=np.float32)
 
     more = replace(shapes, references=longer(shapes.references), queries=longer(shapes.queries))
     return more, replace(candidates, channels=(*candidates.channels, *slopes))
@@ -134,7 +132,8 @@ def shipped_with(views: Sequence[View]) -> Model:
         )
         for channel in model.channels
     )
-    return replace(model, views=tuple(views), channels=channels)
+    limits = tuple(replace(one, view=instead[one.view].name) for one in model.roughness_limits)
+    return replace(model, views=tuple(views), channels=channels, roughness_limits=limits)
 
 
 def main() -> None:

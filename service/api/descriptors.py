@@ -13,9 +13,8 @@ from service.search.ranking import shape_vector
 from service.security import READS
 from service.subjects import subject_of_shape
 from workers.errors import InvalidRequestError
-from workers.retrieval.channels import Channel
 from workers.retrieval.comparison import compare
-from workers.retrieval.model import Model
+from workers.retrieval.model import Entry, Model
 from workers.storage.queries import get_query
 from workers.storage.trained_models import load_model
 
@@ -46,7 +45,7 @@ def distribution(
         channel=described.name,
         feature=described.feature,
         normalisation=described.normalisation,
-        axis=answer_axis(described),
+        axis=answer_axis(described.axis),
         values=vector[chosen.slices[described.name]].tolist(),
     )
 
@@ -104,9 +103,9 @@ def comparison(
     )
 
 
-def _channel(model: Model, name: str | None) -> Channel:
-    for channel in model.channels:
-        if name in {None, channel.name}:
-            return channel
-    known = ", ".join(channel.name for channel in model.channels)
+def _channel(model: Model, name: str | None) -> Entry:
+    for entry in model.entries:
+        if name in {None, entry.name}:
+            return entry
+    known = ", ".join(entry.name for entry in model.entries)
     raise InvalidRequestError(f"model {model.name!r} has no channel {name!r}; it has {known}")

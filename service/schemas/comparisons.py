@@ -8,11 +8,10 @@ from service.schemas.models import MODEL_EXAMPLE, Fusion
 from service.schemas.queries import SIMILARITY
 from service.schemas.shapes import SHAPE_EXAMPLE, DistributionAxis, answer_axis
 from service.schemas.text import Answer
-from workers.diffusion.kernels import kernel_to_json
 from workers.retrieval.comparison import ComparedChannel, Comparison
 from workers.retrieval.model import Model
 
-COPIED = ("name", "view", "feature", "normalisation", "scale", "weight")
+COPIED = ("name", "view", "kernel", "feature", "normalisation", "scale", "weight")
 
 
 class ComparedWith(Answer):
@@ -105,14 +104,13 @@ def answer_comparison(
 
 
 def _answer_channel(part: ComparedChannel) -> ChannelComparison:
-    channel = part.channel
+    stored = part.channel.to_json()
     return ChannelComparison(
-        **{name: getattr(channel, name) for name in COPIED},
-        kernel=None if channel.kernel is None else kernel_to_json(channel.kernel),
+        **{name: stored[name] for name in COPIED},
         dissimilarity=part.dissimilarity,
         distance=part.distance,
         share=part.share,
-        axis=answer_axis(channel),
+        axis=answer_axis(part.channel.axis),
         values=part.match.tolist(),
         asked_values=part.query.tolist(),
     )

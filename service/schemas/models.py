@@ -8,7 +8,8 @@ from pydantic.config import JsonDict
 
 from service.schemas.pages import time_from
 from service.schemas.text import Answer
-from workers.retrieval.model import Model, kernel_curves
+from workers.retrieval.kernel_curves import kernel_curves
+from workers.retrieval.model import Model
 from workers.storage.trained_models import READY, ModelView
 
 ModelState = Literal["training", "ready", "failed"]

@@ -9,7 +9,7 @@ from pydantic.config import JsonDict
 from service.schemas.jobs import JOB_EXAMPLE, JobAnswer
 from service.schemas.pages import time_from
 from service.schemas.text import Answer, Body, Label, Metadata, Name
-from workers.retrieval.channels import Channel
+from workers.retrieval.channels import Axis
 from workers.storage.shapes import ShapeView
 
 ShapeState = Literal["queued", "processing", "ready", "failed"]
@@ -186,16 +186,6 @@ def answer_shape(view: ShapeView) -> ShapeAnswer:
     )
 
 
-def answer_axis(channel: Channel) -> DistributionAxis:
-    """Say where a channel's values stand."""
-    if channel.edges is not None:
-        return DistributionAxis(kind="edges", values=list(channel.edges))
-    if channel.is_of_points:
-        time = float(channel.kernel.parameters["time"]) if channel.kernel else 1.0
-        return DistributionAxis(
-            kind="times", values=[time * level for level in channel.levels or ()]
-        )
-    if channel.is_of_roughness:
-        return DistributionAxis(kind="index", values=[1.0])
-    kind: Literal["levels", "index"] = "index" if channel.kernel is None else "levels"
-    return DistributionAxis(kind=kind, values=list(channel.levels or ()))
+def answer_axis(axis: Axis) -> DistributionAxis:
+    """Convert where a channel's values stand."""
+    return DistributionAxis(kind=axis.kind, values=list(axis.values))

@@ -18,6 +18,7 @@ from workers.errors import InvalidRequestError
 from workers.geometry.arrays import FloatArray
 from workers.geometry.preparation import View
 from workers.geometry.spectrum import Spectrum
+from workers.retrieval.channels import KernelChannel
 from workers.retrieval.model import Model
 
 DEFAULT_TIME = 0.15
@@ -89,7 +90,7 @@ def choose_kernel(model: Model, name: str | None) -> tuple[View, ChosenKernel]:
     InvalidRequestError
         The name is none of a built-in kernel, or its time is no number above 0.
     """
-    if name is None and any(channel.kernel for channel in model.channels):
+    if name is None and any(isinstance(one, KernelChannel) for one in model.channels):
         return first_kernel(model)
     kind, _, parameter = (name or CommuteTimeKernel.kind).partition(":")
     if kind == HeatKernel.kind:
@@ -111,7 +112,7 @@ def first_kernel(model: Model) -> tuple[View, ChosenKernel]:
     """
     views = {view.name: view for view in model.views}
     for channel in model.channels:
-        if channel.kernel is not None:
+        if isinstance(channel, KernelChannel):
             return views[channel.view], ChosenKernel(channel.kernel, channel.normalisation)
     raise InvalidRequestError(f"the model {model.name!r} has no kernel")
 

@@ -16,7 +16,7 @@ from service.search.indexes import SearchIndexes, SearchModel, load_search_model
 from workers.errors import ModelNotReadyError, ShapeNotReadyError
 from workers.geometry.arrays import Float32Array, FloatArray, IntArray
 from workers.retrieval.model import Model
-from workers.retrieval.scan import distances, rank, similarity, with_points
+from workers.retrieval.scan import distances, nearest, rerank, similarity
 from workers.storage.arrays import vector_from_bytes
 from workers.storage.collections import models_of
 from workers.storage.descriptors import get_vector
@@ -111,7 +111,7 @@ def answer_question(
     options, model = question.options, question.search.model
     snapshot = indexes.snapshot(collection.id, question.search)
     rows = _candidates(session, snapshot, collection, question)  # (m,)
-    far = with_points(
+    far = rerank(
         question.vector,
         lambda places: snapshot.matrix[rows[places]],
         _distances(snapshot, rows, question),
@@ -194,7 +194,7 @@ def _nearest(
     ids = _PickedIds(snapshot.ids, rows)
     gone = 0
     while True:
-        order = rank(far, ids, options.limit + gone).tolist()
+        order = nearest(far, ids, options.limit + gone).tolist()
         if options.max_distance is not None:
             order = [i for i in order if far[i] <= options.max_distance]
         views = get_shapes(session, [ids[i] for i in order])

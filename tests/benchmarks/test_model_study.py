@@ -26,5 +26,5 @@ def test_roughness_is_told_by_transformation_and_strength() -> None:
 def test_points_alone_weigh_more() -> None:
     model = candidate_model([named_view("closed")], power=0.25)
     pairs = zip(model.channels, with_heavier_points(model, 3.0).channels, strict=True)
-    factors = {one.is_of_points: other.weight / one.weight for one, other in pairs}
+    factors = {one.is_reranked: other.weight / one.weight for one, other in pairs}
     assert factors == {True: 3.0, False: 1.0}

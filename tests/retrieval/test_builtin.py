@@ -13,8 +13,8 @@ from workers.geometry.preparation import default_view
 from workers.geometry.solution import Solution
 from workers.geometry.spectrum import compute_spectrum
 from workers.retrieval.builtin import built_in_models, heat_model, histogram_edges
-from workers.retrieval.channels import describe_channel
-from workers.retrieval.model import Model, describe, kernel_curves
+from workers.retrieval.kernel_curves import kernel_curves
+from workers.retrieval.model import Model, describe
 from workers.retrieval.scan import distances
 
 MODELS = built_in_models()
@@ -88,7 +88,7 @@ def test_histograms_of_every_heat_time_are_neither_empty_nor_full(
     bumpy: Solution, time: float
 ) -> None:
     model = heat_model(default_view(), name="mine", time=time)
-    vector = describe_channel(bumpy, model.channels[0])
+    vector = model.channels[0].describe(bumpy)
     assert np.count_nonzero(vector) >= 10
     assert vector[-1] < 0.01
 

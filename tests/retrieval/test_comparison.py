@@ -11,7 +11,7 @@ from tests.retrieval.test_scan import COMMUTE, DNA, HEAT, MIXED, PLAIN, descript
 from workers.errors import InvalidRequestError
 from workers.retrieval.comparison import compare
 from workers.retrieval.model import Model
-from workers.retrieval.scan import FARTHEST, distances, similarity, with_points
+from workers.retrieval.scan import distances, rerank, similarity
 
 POINTED = replace(MIXED, name="pointed", channels=(HEAT, LOCAL, DNA, COMMUTE))
 
@@ -20,10 +20,10 @@ POINTED = replace(MIXED, name="pointed", channels=(HEAT, LOCAL, DNA, COMMUTE))
 @pytest.mark.parametrize("dissimilarity", [None, "l2"])
 def test_the_distance_is_that_of_the_scan(model: Model, dissimilarity: str | None) -> None:
     rows = descriptors(model, 20)
-    far = distances(rows[3], rows, model, dissimilarity=dissimilarity)
-    far = with_points(rows[3], rows.__getitem__, far, model, dissimilarity=dissimilarity)
-    near = similarity(far, model, dissimilarity=dissimilarity)
-    for row, distance, alike in zip(rows, far, near, strict=True):
+    scanned = distances(rows[3], rows, model, dissimilarity=dissimilarity)
+    ranked = rerank(rows[3], rows.__getitem__, scanned, model, dissimilarity=dissimilarity)
+    similar = similarity(ranked, model, dissimilarity=dissimilarity)
+    for row, distance, alike in zip(rows, ranked, similar, strict=True):
         found = compare(rows[3], row, model, dissimilarity=dissimilarity)
         assert (found.distance, found.similarity) == (distance, alike)
         shares = [part.share for part in found.channels]
@@ -45,7 +45,7 @@ def test_a_share_is_the_weighted_power_of_the_channels_distance() -> None:
         assert_array_equal(part.match, match[POINTED.slices[channel.name]])
 
 
-def test_points_are_looked_for_one_way_and_count_at_most_so_much() -> None:
+def test_points_are_compared_one_way_and_count_at_most_so_much() -> None:
     query, match = descriptors(POINTED, 2, seed=4)
     there, back = (
         {part.channel.name: part.distance for part in compare(*pair, POINTED).channels}
@@ -56,7 +56,7 @@ def test_points_are_looked_for_one_way_and_count_at_most_so_much() -> None:
     far = match.copy()
     far[POINTED.slices["points"]] += 1e4
     (points,) = [p for p in compare(query, far, POINTED).channels if p.channel is LOCAL]
-    assert points.distance == FARTHEST * LOCAL.scale
+    assert points.distance == 16.0 * LOCAL.scale
 
 
 def test_under_another_dissimilarity_points_are_left_out() -> None:

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
-from workers.retrieval.channels import EIGENVALUES, Channel
+from workers.retrieval.channels import EigenvalueChannel
 from workers.retrieval.fusion import fuse
 
-FIRST = Channel("a", "v", None, EIGENVALUES, "area", levels=(1.0,), scale=2.0, weight=0.5)
+FIRST = EigenvalueChannel(name="a", view="v", numbers=(1,), scale=2.0, weight=0.5)
 SECOND = replace(FIRST, name="b", scale=0.1, weight=3.0)
 VALUES = (np.array([0.0, 2.0, 8.0]), np.array([0.0, 0.2, 0.4]))
 

@@ -12,14 +12,34 @@ from workers.errors import InvalidRequestError
 from workers.geometry.preparation import default_view, open_view
 from workers.geometry.solution import Solution
 from workers.geometry.spectrum import Spectrum
-from workers.retrieval.channels import DIAGONAL, DISTANCES, EIGENVALUES, Channel, describe_channel
-from workers.retrieval.model import Model, describe, kernel_curves
+from workers.retrieval.channels import (
+    DiagonalChannel,
+    DistanceChannel,
+    EigenvalueChannel,
+    Histogram,
+    Quantiles,
+)
+from workers.retrieval.kernel_curves import kernel_curves
+from workers.retrieval.model import Model, describe
+from workers.retrieval.roughness import RoughnessLimits
 
-EDGES = tuple(np.linspace(0.0, 4.0, 21).tolist())
+EDGES = Histogram(tuple(np.linspace(0.0, 4.0, 21).tolist()))
+COMMUTE = DistanceChannel(
+    name="commute", view="closed", kernel=CommuteTimeKernel(), summary=EDGES, samples=90
+)
 CHANNELS = (
-    Channel("commute", "closed", CommuteTimeKernel(), DISTANCES, "none", edges=EDGES, samples=90),
-    Channel("heat", "closed", HeatKernel(0.2), DIAGONAL, "area", levels=(0.1, 0.9), weight=2.0),
-    Channel("dna", "open", None, EIGENVALUES, "area", levels=(1.0, 2.0, 3.0), dissimilarity="l2"),
+    COMMUTE,
+    DiagonalChannel(
+        name="heat",
+        view="closed",
+        kernel=HeatKernel(0.2),
+        normalisation="area",
+        summary=Quantiles((0.1, 0.9)),
+        weight=2.0,
+    ),
+    EigenvalueChannel(
+        name="dna", view="open", normalisation="area", numbers=(1, 2, 3), dissimilarity="l2"
+    ),
 )
 MODEL = Model(
     name="three",
@@ -39,7 +59,7 @@ def test_a_descriptor_is_its_channels_one_after_the_other(bumpy: Solution) -> No
     assert not descriptor.flags.writeable
     assert list(MODEL.slices.values()) == [slice(0, 20), slice(20, 22), slice(22, 25)]
     for channel in CHANNELS:
-        expected = describe_channel(bumpy, channel)
+        expected = channel.describe(bumpy)
         assert_array_equal(descriptor[MODEL.slices[channel.name]], expected)
 
 
@@ -73,6 +93,18 @@ def test_json_brings_a_model_back() -> None:
     assert [view.key for view in again.views] == [view.key for view in MODEL.views]
 
 
+def test_roughness_is_stored_among_the_channels_and_stands_behind_them() -> None:
+    limited = replace(MODEL, roughness_limits=(RoughnessLimits("open", 0.1, 0.5),))
+    content = limited.to_json()
+    assert Model.from_json(json.loads(json.dumps(content))) == limited
+    assert [one["feature"] for one in content["channels"]][-1] == "roughness"
+    assert limited.slices["open: roughness"] == slice(25, 26)
+    assert limited.dimension == 26
+    content["channels"] = content["channels"][::-1]
+    with pytest.raises(InvalidRequestError, match="behind them all"):
+        Model.from_json(content)
+
+
 @pytest.mark.parametrize(
     "key", ["name", "method", "parameters", "views", "channels", "fusion", "versions"]
 )
@@ -103,7 +135,7 @@ def test_the_power_is_positive(power: float) -> None:
 
 def test_curves_show_every_kernel() -> None:
     table = TabulatedKernel(np.array([0.5, 2.0, 70.0]), np.array([3.0, 1.0, 0.0]))
-    channels = (*CHANNELS, replace(CHANNELS[0], name="table", kernel=table))
+    channels = (*CHANNELS, replace(COMMUTE, name="table", kernel=table))
     commute, heat, tabulated = kernel_curves(replace(MODEL, channels=channels))
     assert [commute.name, heat.name, tabulated.name] == ["commute", "heat", "table"]
     assert heat.kind == "heat"

@@ -11,7 +11,7 @@ from workers.geometry.arrays import FloatArray
 from workers.retrieval.measures import leave_one_out
 from workers.retrieval.protocol import LabelledShape, Protocol, plan_protocol
 from workers.retrieval.ranking import RECALLS, Ranking, join_rankings, rank_queries
-from workers.retrieval.scan import rank
+from workers.retrieval.scan import nearest
 
 
 def random_protocol(rng: np.random.Generator, n: int, *, transformed: bool) -> Protocol:
@@ -71,7 +71,7 @@ def test_the_order_is_that_of_the_search() -> None:
     far = rng.integers(0, 4, (len(protocol.queries), len(protocol.targets))) / 3.0
     ids = [protocol.shapes[t].id for t in protocol.targets.tolist()]
     for place, outcome in enumerate(rank_queries(protocol, far.__getitem__).outcomes):
-        assert outcome.top == tuple(ids[i] for i in rank(far[place], ids, 10))
+        assert outcome.top == tuple(ids[i] for i in nearest(far[place], ids, 10))
 
 
 def test_leave_one_out_is_that_of_the_measures() -> None:

@@ -13,18 +13,23 @@ from workers.errors import InvalidRequestError
 from workers.geometry.arrays import Float32Array
 from workers.geometry.preparation import default_view
 from workers.retrieval.calibration import typical_distance
-from workers.retrieval.channels import DISTANCES, EIGENVALUES, Channel
+from workers.retrieval.channels import DistanceChannel, EigenvalueChannel, Histogram
 from workers.retrieval.dissimilarity import DISSIMILARITIES
 from workers.retrieval.model import Model
-from workers.retrieval.scan import distances, rank, similarity
+from workers.retrieval.scan import distances, nearest, similarity
 
-EDGES = tuple((np.linspace(0.0, 2.0, 41) ** 1.5).tolist())
-HEAT = Channel("heat", "closed", HeatKernel(0.2), DISTANCES, "none", edges=EDGES, scale=0.4)
+EDGES = Histogram(tuple((np.linspace(0.0, 2.0, 41) ** 1.5).tolist()))
+HEAT = DistanceChannel(name="heat", view="closed", kernel=HeatKernel(0.2), summary=EDGES, scale=0.4)
 COMMUTE = replace(
     HEAT, name="commute", kernel=CommuteTimeKernel(), dissimilarity="hellinger", weight=2.0
 )
-NUMBERS = tuple(float(i) for i in range(1, 8))
-DNA = Channel("dna", "closed", None, EIGENVALUES, "area", levels=NUMBERS, dissimilarity="l2")
+DNA = EigenvalueChannel(
+    name="dna",
+    view="closed",
+    normalisation="area",
+    numbers=tuple(range(1, 8)),
+    dissimilarity="l2",
+)
 MIXED = Model("mixed", "bank", {}, (default_view(),), (HEAT, DNA, COMMUTE), fusion_power=0.25)
 PLAIN = replace(MIXED, name="plain", channels=(HEAT, COMMUTE), fusion_power=1.0)
 
@@ -118,7 +123,7 @@ def test_order_is_by_distance_then_by_id(seed: int) -> None:
     ids = [f"id-{number}" for number in rng.permutation(200)]
     expected = sorted(range(200), key=lambda i: (values[i], ids[i]))
     for limit in (0, 1, 10, 199, 200, 500):
-        found = rank(values, ids, limit)
+        found = nearest(values, ids, limit)
         assert found.dtype == np.int64
         assert found.tolist() == expected[:limit]
 
@@ -126,13 +131,13 @@ def test_order_is_by_distance_then_by_id(seed: int) -> None:
 def test_order_does_not_depend_on_where_rows_stand() -> None:
     values = np.array([0.5, 0.25, 0.5, 0.25])
     ids = ["d", "c", "b", "a"]
-    answer = [ids[i] for i in rank(values, ids, 3)]
+    answer = [ids[i] for i in nearest(values, ids, 3)]
     assert answer == ["a", "c", "b"]
-    assert [ids[::-1][i] for i in rank(values[::-1], ids[::-1], 3)] == answer
+    assert [ids[::-1][i] for i in nearest(values[::-1], ids[::-1], 3)] == answer
 
 
 def test_nothing_ranks_to_nothing() -> None:
-    assert rank(np.empty(0), [], 10).shape == (0,)
+    assert nearest(np.empty(0), [], 10).shape == (0,)
 
 
 def test_similarity_halves_with_every_typical_distance() -> None:

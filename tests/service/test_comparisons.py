@@ -78,7 +78,7 @@ def test_points_are_looked_for_under_the_default_model_in_one_direction(zoo: Api
     with zoo.services.database.read() as session:
         model = load_model(session, "proteus")
     ring, ball = zoo.shape_ids[RING], zoo.shape_ids[BALL]
-    compared = {channel.name for channel in model.compared}
+    compared = {channel.name for channel in model.channels}
     for found in check(zoo, zoo.ask("zoo", shape_id=ring), shape_id=ring):
         assert {channel["name"] for channel in found["channels"]} == compared
         for part in found["channels"]:
@@ -88,7 +88,7 @@ def test_points_are_looked_for_under_the_default_model_in_one_direction(zoo: Api
         {part["name"]: part["distance"] for part in found["channels"]}
         for found in (comparison(zoo, ring, shape_id=ball), comparison(zoo, ball, shape_id=ring))
     )
-    one_sided = {channel.name for channel in model.matched}
+    one_sided = {channel.name for channel in model.reranked}
     assert one_sided
     assert {name for name in there if there[name] != back[name]} == one_sided
     query = zoo.ask_mesh("zoo", EGG, 202)["query_id"]

@@ -54,7 +54,7 @@ def test_the_shipped_model_tells_how_it_was_trained(api: Api) -> None:
     assert len(report["transformations"]) == 11
     assert report["rows"]["held_out"]["mean"] > 50.0
     assert {part["channel"] for part in report["ablation"]} == {
-        channel.name for channel in shipped_model().compared
+        channel.name for channel in shipped_model().channels
     }
     assert api.get("/v1/models/heat")["training"] is None
 

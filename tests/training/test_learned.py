@@ -13,8 +13,10 @@ from workers.errors import KernelDomainError
 from workers.geometry.preparation import View, default_view
 from workers.geometry.solution import Solution, solve
 from workers.retrieval.calibration import typical_distance
+from workers.retrieval.channels import DistanceChannel
 from workers.retrieval.dissimilarity import DISSIMILARITIES
-from workers.retrieval.model import Model, describe, kernel_curves
+from workers.retrieval.kernel_curves import kernel_curves
+from workers.retrieval.model import Model, describe
 from workers.retrieval.scan import distances, similarity
 from workers.training.learned import calibrated, learned_model
 from workers.training.learning import LearnedKernel
@@ -42,10 +44,10 @@ def solutions() -> list[Solution]:
 def test_a_learned_model_is_one_channel_in_the_unit_it_was_learned_in() -> None:
     model = make()
     (channel,) = model.channels
+    assert isinstance(channel, DistanceChannel)
     assert (model.method, model.parameters, channel.kernel) == ("spline", {"splines": 5}, KERNEL)
     assert (channel.name, channel.normalisation) == ("distances", "first-eigenvalue")
-    assert channel.edges is not None
-    assert channel.edges[90] == 6.0
+    assert channel.axis.values[90] == 6.0
     assert model.versions["pairs"] == "7"
     assert "solver" in model.versions
 

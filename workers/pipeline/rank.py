@@ -14,7 +14,7 @@ from workers.pipeline.workbench import Workbench
 from workers.retrieval.model import Model
 from workers.retrieval.protocol import Protocol
 from workers.retrieval.ranking import rank_queries
-from workers.retrieval.scan import distances, with_points
+from workers.retrieval.scan import distances, rerank
 from workers.storage.arrays import vector_from_bytes
 from workers.storage.blobs import ranking_key
 from workers.storage.change_feed import changes_after
@@ -48,7 +48,7 @@ def _rank(bench: Workbench, payload: Mapping[str, Any]) -> None:
         query = matrix[protocol.queries[place]]
         chosen = payload["dissimilarity"]
         near = distances(query, targets, model, dissimilarity=chosen)
-        return with_points(query, lambda rows: targets[rows], near, model, dissimilarity=chosen)
+        return rerank(query, lambda rows: targets[rows], near, model, dissimilarity=chosen)
 
     start, stop = payload["start"], payload["stop"]
     ranking = rank_queries(protocol, far, places=range(start, stop))

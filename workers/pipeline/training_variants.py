@@ -95,7 +95,7 @@ class Variant:
         content = {
             **self._content(),
             "views": [view.key for view in self.views],
-            "channels": [channel.to_json() for channel in candidates.channels],
+            "channels": candidates.to_json()["channels"],
             "versions": {**candidates.versions, **VARIANT_VERSIONS},
         }
         text = json.dumps(content, sort_keys=True, separators=(",", ":"))

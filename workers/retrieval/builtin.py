@@ -15,7 +15,7 @@ from workers.diffusion.kernels import BiharmonicKernel, CommuteTimeKernel, HeatK
 from workers.errors import InvalidRequestError
 from workers.geometry.preparation import PREPARATION_VERSION, View, default_view
 from workers.geometry.spectrum import SOLVER_VERSION
-from workers.retrieval.channels import DISTANCES, EIGENVALUES, Channel
+from workers.retrieval.channels import Channel, DistanceChannel, EigenvalueChannel, Histogram
 from workers.retrieval.model import Model
 
 DESCRIPTION_VERSION = "1"
@@ -115,13 +115,12 @@ def distance_model(
     parameters : Mapping, optional
         Of the method; the kernel's where none are given.
     """
-    channel = Channel(
+    channel = DistanceChannel(
         name="distances",
         view=view.name,
         kernel=kernel,
-        feature=DISTANCES,
         normalisation=normalisation,
-        edges=histogram_edges(top),
+        summary=Histogram(histogram_edges(top)),
         dissimilarity="l1",
     )
     own = kernel.parameters if parameters is None else parameters
@@ -132,13 +131,11 @@ def shape_dna_model(
     view: View, *, name: str = "shape-dna", eigenvalues: int = SHAPE_DNA_EIGENVALUES
 ) -> Model:
     """Logarithms of the first eigenvalues at area 1 (Reuter, Wolter, Peinecke 2005)."""
-    channel = Channel(
+    channel = EigenvalueChannel(
         name="eigenvalues",
         view=view.name,
-        kernel=None,
-        feature=EIGENVALUES,
         normalisation="area",
-        levels=tuple(float(i) for i in range(1, eigenvalues + 1)),
+        numbers=tuple(range(1, eigenvalues + 1)),
         dissimilarity="l2",
     )
     parameters = {"eigenvalues": eigenvalues}

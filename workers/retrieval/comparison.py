@@ -6,13 +6,8 @@ from workers.geometry.arrays import Float32Array
 from workers.retrieval.channels import Channel
 from workers.retrieval.fusion import fuse
 from workers.retrieval.model import Model
-from workers.retrieval.scan import (
-    channel_dissimilarities,
-    distances,
-    similarity,
-    with_points,
-)
-from workers.retrieval.trust import trusted
+from workers.retrieval.query_weights import weighted_for
+from workers.retrieval.scan import distances, rerank, similarity
 
 
 @dataclass(frozen=True, eq=False)
@@ -24,9 +19,9 @@ class ComparedChannel:
     channel : Channel
         With the weight that it has for this query.
     dissimilarity : str
-        By which it was compared: its own, or what was asked for.
+        By which it was compared: its own, or the one requested.
     distance : float
-        D.
+        D, as far as it counts.
     share : float
         weight · (D / scale)^power, its part of the distance.
     query, match : (channel.dimension,) float32
@@ -53,9 +48,9 @@ class Comparison:
 def compare(
     query: Float32Array, match: Float32Array, model: Model, *, dissimilarity: str | None = None
 ) -> Comparison:
-    """Distance of a match from a query as the scan has it, and what each channel adds to it.
+    """Distance of a match from a query, as the scan gives it, and what each channel adds to it.
 
-    Points are looked for, as on the nearest rows of a scan.
+    Points are compared, as on the nearest rows of a scan.
 
     Parameters
     ----------
@@ -76,16 +71,16 @@ def compare(
     InvalidRequestError
         The dissimilarity is unknown or does not apply to a channel, or a size is wrong.
     """
-    matrix = match[None]  # (1, d)
-    scanned = distances(query, matrix, model, dissimilarity=dissimilarity)
-    far = with_points(query, matrix.__getitem__, scanned, model, dissimilarity=dissimilarity)
-    counting = trusted(query, model)
-    counted = counting.compared if dissimilarity is None else counting.scanned
-    parts = [_compared(query, match, model, channel, dissimilarity) for channel in counted]
+    rows = match[None]  # (1, d)
+    scanned = distances(query, rows, model, dissimilarity=dissimilarity)
+    found = rerank(query, rows.__getitem__, scanned, model, dissimilarity=dissimilarity)
+    weighted = weighted_for(query, model)
+    counted = weighted.channels if dissimilarity is None else weighted.scanned
+    compared = [_compared(query, match, model, channel, dissimilarity) for channel in counted]
     return Comparison(
-        distance=float(far[0]),
-        similarity=float(similarity(far, model, dissimilarity=dissimilarity)[0]),
-        channels=tuple(sorted(parts, key=lambda part: -part.share)),
+        distance=float(found[0]),
+        similarity=float(similarity(found, model, dissimilarity=dissimilarity)[0]),
+        channels=tuple(sorted(compared, key=lambda one: -one.share)),
     )
 
 
@@ -96,13 +91,13 @@ def _compared(
     channel: Channel,
     dissimilarity: str | None,
 ) -> ComparedChannel:
-    part = model.slices[channel.name]
-    found = channel_dissimilarities(query, match[None], model, channel, dissimilarity=dissimilarity)
+    own = model.slices[channel.name]
+    found = channel.compare(query[own], match[None, own], dissimilarity=dissimilarity)
     return ComparedChannel(
         channel=channel,
         dissimilarity=dissimilarity or channel.dissimilarity,
-        distance=float(found[0]),
+        distance=min(float(found[0]), channel.farthest * channel.scale),
         share=float(fuse([found], [channel], power=model.fusion_power)[0]),
-        query=query[part],
-        match=match[part],
+        query=query[own],
+        match=match[own],
     )

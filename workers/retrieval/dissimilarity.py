@@ -7,7 +7,7 @@ result depends on no other row and not on how many there are.
 
 from collections.abc import Callable, Mapping
 from types import MappingProxyType
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,8 +15,34 @@ from numpy.typing import NDArray
 from workers.errors import InvalidRequestError
 from workers.geometry.arrays import FloatArray
 
-Dissimilarity = Callable[[FloatArray, NDArray[Any], FloatArray], FloatArray]
-"""From query (d,), matrix (n, d) and widths (d,) to (n,) float64; 0 for equal rows."""
+
+class Dissimilarity(Protocol):
+    """What compares a query with the rows of a matrix."""
+
+    def __call__(
+        self,
+        query: NDArray[Any],
+        matrix: NDArray[Any],
+        widths: NDArray[Any],
+        *,
+        dtype: type[np.floating[Any]] = np.float64,
+    ) -> FloatArray:
+        """Dissimilarities of rows (n, d) from a query (d,), bins being as wide as (d,) widths.
+
+        Parameters
+        ----------
+        query : (d,) float
+        matrix : (n, d) float
+        widths : (d,) float
+        dtype : type
+            In which everything is computed.
+
+        Returns
+        -------
+        (n,) of ``dtype``, not negative, 0 for rows equal to the query.
+        """
+        ...
+
 
 EPSILON = 1e-6
 """Probability added to every bin (then normalised again) where an empty one would be infinite."""
@@ -141,13 +167,19 @@ def _squared_hellinger(p: FloatArray, q: FloatArray) -> FloatArray:
 def _by_rows(compare: Callable[[FloatArray, FloatArray, FloatArray], FloatArray]) -> Dissimilarity:
     """Apply a comparison of (c, d) blocks to a matrix of any length, in bounded memory."""
 
-    def compare_rows(query: FloatArray, matrix: NDArray[Any], widths: FloatArray) -> FloatArray:
-        first = np.array(query, dtype=np.float64, order="C").reshape(1, -1)  # (1, d)
-        widths = np.asarray(widths, dtype=np.float64)
+    def compare_rows(
+        query: NDArray[Any],
+        matrix: NDArray[Any],
+        widths: NDArray[Any],
+        *,
+        dtype: type[np.floating[Any]] = np.float64,
+    ) -> NDArray[Any]:
+        first = np.array(query, dtype=dtype, order="C").reshape(1, -1)  # (1, d)
+        widths = np.asarray(widths, dtype=dtype)
         n, rows = len(matrix), max(1, CHUNK_ELEMENTS // max(1, first.shape[1]))
-        result = np.empty(n)
+        result = np.empty(n, dtype=dtype)
         for start in range(0, n, rows):
-            block = np.array(matrix[start : start + rows], dtype=np.float64, order="C")
+            block = np.array(matrix[start : start + rows], dtype=dtype, order="C")
             result[start : start + rows] = compare(first, block, widths)
         return result
 
@@ -175,10 +207,6 @@ DISSIMILARITIES: Mapping[str, Dissimilarity] = MappingProxyType(
 
 VECTOR_DISSIMILARITIES = ("l1", "l2", "linf")
 """Those that compare plain vectors too: eigenvalues, quantiles."""
-
-
-UNFOUND = "unfound-points"
-"""The one of point signatures, see `points.unfound_points`; a query cannot ask for it."""
 
 
 def find_dissimilarity(name: str, *, distribution: bool = True) -> Dissimilarity:

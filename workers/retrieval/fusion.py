@@ -13,8 +13,8 @@ def fuse(
 ) -> FloatArray:
     """Σ weight · (D / scale)^power over channels, in their order.
 
-    With a power of at most 1 the sum of metrics is a metric; a small one keeps a channel that
-    fails altogether from drowning the others. No statistics of the gallery enter.
+    With a power of at most 1 the sum of metrics is a metric. A small power keeps one channel that
+    fails altogether from outvoting the others. No statistics of the gallery enter.
 
     Parameters
     ----------
@@ -30,6 +30,5 @@ def fuse(
     """
     total: FloatArray = np.zeros(len(dissimilarities[0]))
     for values, channel in zip(dissimilarities, channels, strict=True):
-        scaled = values / channel.scale
-        total += channel.weight * (scaled if power == 1.0 else np.power(scaled, power))
+        total += channel.weight * channel.term(values, power=power)
     return total

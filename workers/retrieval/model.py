@@ -1,22 +1,21 @@
 """A model: views, channels, and how their dissimilarities become one distance."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from types import MappingProxyType
 from typing import Any
 
 import numpy as np
 
-from workers.diffusion.kernels import BoundedKernel, TabulatedKernel, evaluate
 from workers.errors import InvalidRequestError
-from workers.geometry.arrays import Float32Array, FloatArray, read_only
+from workers.geometry.arrays import Float32Array, read_only
 from workers.geometry.preparation import View
 from workers.geometry.solution import Solution
-from workers.retrieval.channels import Channel, describe_channel
-from workers.retrieval.dissimilarity import find_dissimilarity
+from workers.retrieval.channels import Channel, channel_from_json
+from workers.retrieval.roughness import RoughnessLimits
 
-CURVE_POINTS = 100
-CURVE_END = {"area": 1300.0}  # 4π · 100: the hundredth eigenvalue of a surface of area 1 (Weyl)
+Entry = Channel | RoughnessLimits
+"""What has columns of its own in a descriptor."""
 
 
 @dataclass(frozen=True)
@@ -27,12 +26,13 @@ class Model:
     ----------
     name, method : str
     parameters : Mapping
-        Of the method: what the model was asked for with.
+        Of the method: what was requested.
     views : tuple of View
         The preparations that its channels name.
     channels : tuple of Channel
-        Their vectors, one after the other, are the descriptor. A channel of roughness says what
-        the others of its view count for a query (`trust`).
+        Their vectors, one after the other, are the descriptor.
+    roughness_limits : tuple of RoughnessLimits
+        Of some views; their numbers stand behind the channels' in the descriptor.
     fusion_power : float
         p of the distance Σ weight · (D / scale)^p.
     versions : Mapping of str to str
@@ -48,6 +48,7 @@ class Model:
     parameters: Mapping[str, Any]
     views: tuple[View, ...]
     channels: tuple[Channel, ...]
+    roughness_limits: tuple[RoughnessLimits, ...] = ()
     fusion_power: float = 1.0
     versions: Mapping[str, str] = field(default_factory=dict)
     typical_distances: Mapping[str, float] = field(default_factory=dict)
@@ -57,13 +58,13 @@ class Model:
         """Check that channels have names of their own and views that are there."""
         for mapping in ("parameters", "versions", "typical_distances"):
             object.__setattr__(self, mapping, MappingProxyType(dict(getattr(self, mapping))))
-        names = [channel.name for channel in self.channels]
+        names = [entry.name for entry in self.entries]
         if not names or len(set(names)) != len(names):
             raise InvalidRequestError(
                 f"model {self.name!r} has the channels {names}, expected at least one and all "
                 "names different"
             )
-        missing = {channel.view for channel in self.channels} - {view.name for view in self.views}
+        missing = {entry.view for entry in self.entries} - {view.name for view in self.views}
         if missing:
             raise InvalidRequestError(
                 f"model {self.name!r} has no view {sorted(missing)[0]!r}, which a channel needs"
@@ -76,59 +77,65 @@ class Model:
             raise InvalidRequestError(f"fusion power is {self.fusion_power}, expected > 0")
 
     @property
+    def entries(self) -> tuple[Entry, ...]:
+        """All that has columns in a descriptor, in their order: channels, then roughness."""
+        return (*self.channels, *self.roughness_limits)
+
+    @property
     def scanned(self) -> tuple[Channel, ...]:
         """Channels by which all rows are compared."""
-        return tuple(
-            channel
-            for channel in self.channels
-            if not (channel.is_of_points or channel.is_of_roughness)
-        )
+        return tuple(channel for channel in self.channels if not channel.is_reranked)
 
     @property
-    def matched(self) -> tuple[Channel, ...]:
-        """Channels of points, by which the nearest rows are compared."""
-        return tuple(channel for channel in self.channels if channel.is_of_points)
-
-    @property
-    def compared(self) -> tuple[Channel, ...]:
-        """Channels that are `scanned` or `matched`: all but those of roughness."""
-        return tuple(channel for channel in self.channels if not channel.is_of_roughness)
+    def reranked(self) -> tuple[Channel, ...]:
+        """Channels by which the nearest rows alone are compared: points."""
+        return tuple(channel for channel in self.channels if channel.is_reranked)
 
     def check_dissimilarity(self, name: str) -> None:
-        """Refuse a dissimilarity that cannot be asked for instead of the channels' own.
+        """Refuse a dissimilarity that cannot take the place of the channels' own.
+
+        Parameters
+        ----------
+        name : str
 
         Raises
         ------
         InvalidRequestError
-            There is none of this name, or it compares nothing that a channel has.
+            There is none of this name, or it cannot compare a channel that is scanned.
         """
         for channel in self.scanned:
-            find_dissimilarity(name, distribution=channel.is_distribution)
+            channel.check_dissimilarity(name)
 
     @property
     def dimension(self) -> int:
         """Numbers in a descriptor."""
-        return sum(channel.dimension for channel in self.channels)
+        return sum(entry.dimension for entry in self.entries)
 
     @property
     def slices(self) -> Mapping[str, slice]:
-        """Where each channel's vector stands in the descriptor, by the channel's name."""
-        ends = np.cumsum([channel.dimension for channel in self.channels])
+        """Columns of each entry in the descriptor, by its name."""
+        ends = np.cumsum([entry.dimension for entry in self.entries])
         return MappingProxyType(
             {
-                channel.name: slice(int(end) - channel.dimension, int(end))
-                for channel, end in zip(self.channels, ends, strict=True)
+                entry.name: slice(int(end) - entry.dimension, int(end))
+                for entry, end in zip(self.entries, ends, strict=True)
             }
         )
 
     def to_json(self) -> dict[str, Any]:
-        """Everything that `from_json` needs, as plain JSON."""
+        """Everything that `from_json` needs.
+
+        Returns
+        -------
+        dict
+            Plain JSON; roughness stands among the channels, as the API shows it.
+        """
         return {
             "name": self.name,
             "method": self.method,
             "parameters": dict(self.parameters),
             "views": [view.to_json() for view in self.views],
-            "channels": [channel.to_json() for channel in self.channels],
+            "channels": [entry.to_json() for entry in self.entries],
             "fusion": {"power": self.fusion_power},
             "versions": dict(self.versions),
             "typical_distances": dict(self.typical_distances),
@@ -137,14 +144,30 @@ class Model:
 
     @classmethod
     def from_json(cls, value: Mapping[str, Any]) -> "Model":
-        """Return the model that `to_json` wrote; InvalidRequestError if it is none."""
+        """Return the model that `to_json` wrote.
+
+        Parameters
+        ----------
+        value : Mapping
+
+        Returns
+        -------
+        Model
+
+        Raises
+        ------
+        InvalidRequestError
+            It is none.
+        """
         try:
+            channels, roughness_limits = _entries_from_json(value["channels"])
             return cls(
                 name=str(value["name"]),
                 method=str(value["method"]),
                 parameters=value["parameters"],
                 views=tuple(View.from_json(view) for view in value["views"]),
-                channels=tuple(Channel.from_json(channel) for channel in value["channels"]),
+                channels=channels,
+                roughness_limits=roughness_limits,
                 fusion_power=float(value["fusion"]["power"]),
                 versions=value["versions"],
                 typical_distances=value.get("typical_distances", {}),
@@ -177,63 +200,26 @@ def describe(solutions: Mapping[str, Solution], model: Model) -> Float32Array:
         A view is missing.
     """
     vectors = []
-    for channel in model.channels:
-        if channel.view not in solutions:
+    for entry in model.entries:
+        if entry.view not in solutions:
             raise InvalidRequestError(
-                f"model {model.name!r} needs the view {channel.view!r}, "
+                f"model {model.name!r} needs the view {entry.view!r}, "
                 f"but the shape was prepared as {', '.join(solutions) or 'none'}"
             )
-        vectors.append(describe_channel(solutions[channel.view], channel))
+        vectors.append(entry.describe(solutions[entry.view]))
     descriptor: Float32Array = read_only(np.concatenate(vectors), np.float32)
     return descriptor
 
 
-@dataclass(frozen=True, eq=False)
-class KernelCurve:
-    """A kernel's transfer function, to be drawn.
-
-    Attributes
-    ----------
-    name : str
-        Of the channel.
-    kind : str
-    parameters : Mapping
-    normalisation : str
-        Of the channel: the unit of the eigenvalues.
-    eigenvalues, squared_transfer : (r,) float64
-        λ, evenly in its logarithm, and K² there.
-    """
-
-    name: str
-    kind: str
-    parameters: Mapping[str, Any]
-    normalisation: str
-    eigenvalues: FloatArray
-    squared_transfer: FloatArray
-
-
-def kernel_curves(model: Model) -> tuple[KernelCurve, ...]:
-    """K²(λ) of each channel that has a kernel, over the range that spectra have in its unit."""
-    curves = []
-    for channel in model.channels:
-        kernel = channel.kernel
-        if kernel is None:
-            continue
-        if isinstance(kernel, TabulatedKernel):
-            eigenvalues = kernel.eigenvalues
-        elif isinstance(kernel, BoundedKernel):
-            eigenvalues = np.geomspace(*kernel.domain, CURVE_POINTS)
-        else:
-            end = CURVE_END.get(channel.normalisation, 200.0)
-            eigenvalues = np.geomspace(1.0, end, CURVE_POINTS)
-        curves.append(
-            KernelCurve(
-                name=channel.name,
-                kind=kernel.kind,
-                parameters=kernel.parameters,
-                normalisation=channel.normalisation,
-                eigenvalues=read_only(eigenvalues, np.float64),
-                squared_transfer=read_only(evaluate(kernel, eigenvalues), np.float64),
-            )
-        )
-    return tuple(curves)
+def _entries_from_json(
+    values: Sequence[Mapping[str, Any]],
+) -> tuple[tuple[Channel, ...], tuple[RoughnessLimits, ...]]:
+    """Channels and, behind them all, limits of roughness: the order is that of the columns."""
+    is_rough = [value["feature"] == RoughnessLimits.feature for value in values]
+    count = is_rough.count(False)
+    if any(is_rough[:count]):
+        raise InvalidRequestError("roughness stands before a channel, expected it behind them all")
+    return (
+        tuple(channel_from_json(value) for value in values[:count]),
+        tuple(RoughnessLimits.from_json(value) for value in values[count:]),
+    )

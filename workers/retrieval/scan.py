@@ -9,18 +9,12 @@ from numpy.typing import NDArray
 from workers.errors import InvalidRequestError
 from workers.geometry.arrays import Float32Array, FloatArray, IntArray
 from workers.retrieval.calibration import impostor_share, typical_distance
-from workers.retrieval.channels import Channel
-from workers.retrieval.dissimilarity import Dissimilarity, find_dissimilarity
 from workers.retrieval.fusion import fuse
 from workers.retrieval.model import Model
-from workers.retrieval.points import unfound_points
-from workers.retrieval.trust import trusted
+from workers.retrieval.query_weights import weighted_for
 
 RERANKED = 100
-"""How many of the nearest rows are looked at more closely, where a model has points."""
-
-FARTHEST = 16.0
-"""D / scale of points at most, and of all rows that are not looked at: so they stay behind."""
+"""How many of the nearest rows are compared by points too, where a model has them (decision 9)."""
 
 CHUNK_BYTES = 1 << 20
 """Bytes of the matrix that all channels pass over before the next ones are read."""
@@ -35,10 +29,9 @@ def distances(
 ) -> FloatArray:
     """Distances Σ weight · (D / scale)^power of a query to every row, exactly.
 
-    Weights are those that channels have for this query, see `trusted`. Channels of points are left
-    out: `with_points` adds them. A row's distance is the same, bit for
-    bit, whatever other rows stand around it and in whatever order; memory beside the result stays
-    at some megabytes for a matrix of any length.
+    Weights are those for this query, see `weighted_for`. Channels that are reranked are left out:
+    `rerank` adds them. A row's distance is the same, bit for bit, whatever other rows stand around
+    it and in whatever order. Memory beside the result stays at some megabytes for any matrix.
 
     Parameters
     ----------
@@ -65,92 +58,71 @@ def distances(
             f"query of shape {query.shape} and matrix of shape {matrix.shape} do not fit model "
             f"{model.name!r}, whose descriptors have {model.dimension} numbers"
         )
-    slices, scanned = model.slices, trusted(query, model).scanned
-    plan = [(_comparison(c, dissimilarity), slices[c.name], c.widths) for c in scanned]
+    if dissimilarity is not None:
+        model.check_dissimilarity(dissimilarity)
+    slices, scanned = model.slices, weighted_for(query, model).scanned
+    columns = [slices[channel.name] for channel in scanned]
     vector = np.asarray(query, dtype=np.float64)  # (d,)
     n, rows = len(matrix), max(1, CHUNK_BYTES // (4 * model.dimension))
     result = np.empty(n)
     for start in range(0, n, rows):
         block = matrix[start : start + rows]  # (c, d)
-        parts = [compare(vector[part], block[:, part], widths) for compare, part, widths in plan]
-        result[start : start + rows] = fuse(parts, scanned, power=model.fusion_power)
+        found = [
+            channel.compare(vector[own], block[:, own], dissimilarity=dissimilarity)
+            for channel, own in zip(scanned, columns, strict=True)
+        ]
+        result[start : start + rows] = fuse(found, scanned, power=model.fusion_power)
     return result
 
 
-def with_points(
+def rerank(
     query: Float32Array | FloatArray,
     fetch: Callable[[IntArray], NDArray[Any]],
-    far: FloatArray,
+    scanned: FloatArray,
     model: Model,
     *,
     dissimilarity: str | None = None,
+    depth: int = RERANKED,
 ) -> FloatArray:
-    """Distances to which the model's channels of points are added.
+    """Distances to which the channels are added that compare the nearest rows alone: points.
 
-    The query's points are looked for on the `RERANKED` nearest rows (and those as far as the last
-    of them); on all others they count as not found at all, so that no row that was not looked at
-    comes before one that was.
+    They are the ``depth`` nearest rows, and those level with the last of them. All other rows get
+    the largest term there is, so that none of them comes before a row that was compared.
 
     Parameters
     ----------
     query : (d,) float32
     fetch : callable
-        From places (m,) in ``far``, ascending, to their rows (m, d).
-    far : (n,) float64
+        From places (m,) in ``scanned``, ascending, to their rows (m, d).
+    scanned : (n,) float64
         What `distances` gave.
     model : Model
     dissimilarity : str, optional
-        The one that `distances` was asked for with: points do not count then.
+        The one that `distances` was given: under another than its own a point counts nothing.
+    depth : int
+        At least 1.
 
     Returns
     -------
-    (n,) float64; ``far`` itself where the model has no channels of points.
+    (n,) float64; ``scanned`` itself where the model has no such channels.
     """
-    if not model.matched or dissimilarity or len(far) == 0:
-        return far
-    matched = trusted(query, model).matched
-    last = min(RERANKED, len(far)) - 1
-    places: IntArray = np.flatnonzero(far <= np.partition(far, last)[last])
+    if not model.reranked or dissimilarity or len(scanned) == 0:
+        return scanned
+    channels = weighted_for(query, model).reranked
+    last = min(depth, len(scanned)) - 1
+    places: IntArray = np.flatnonzero(scanned <= np.partition(scanned, last)[last])
     rows = fetch(places)  # (m, d)
-    unfound = []
-    for channel in matched:
-        found = np.full(len(far), FARTHEST * channel.scale)
-        found[places] = channel_dissimilarities(query, rows, model, channel)
-        unfound.append(found)
-    return far + fuse(unfound, matched, power=model.fusion_power)
+    added = []
+    for channel in channels:
+        found = np.full(len(scanned), np.inf)
+        own = model.slices[channel.name]
+        found[places] = channel.compare(query[own], rows[:, own])
+        added.append(found)
+    return scanned + fuse(added, channels, power=model.fusion_power)
 
 
-def channel_dissimilarities(
-    query: Float32Array | FloatArray,
-    matrix: NDArray[Any],
-    model: Model,
-    channel: Channel,
-    *,
-    dissimilarity: str | None = None,
-) -> FloatArray:
-    """D of one channel, (n,), as it counts in `distances` or, for points, in `with_points`.
-
-    Parameters
-    ----------
-    query : (d,) float32
-    matrix : (n, d) float32
-    model : Model
-        Under which both were described.
-    channel : Channel
-        One of the model's.
-    dissimilarity : str, optional
-        Instead of the channel's own; not for points.
-    """
-    part = model.slices[channel.name]
-    if channel.is_of_points:
-        unfound = unfound_points(query[part], matrix[:, part], len(channel.levels or ()))
-        return np.minimum(unfound, FARTHEST * channel.scale)
-    vector = np.asarray(query[part], dtype=np.float64)
-    return _comparison(channel, dissimilarity)(vector, matrix[:, part], channel.widths)
-
-
-def rank(distances: FloatArray, ids: Sequence[str], limit: int) -> IntArray:
-    """Indices of the ``limit`` nearest rows, ordered by distance and, where equal, by id.
+def nearest(distances: FloatArray, ids: Sequence[str], limit: int) -> IntArray:
+    """Places of the ``limit`` nearest rows, ordered by distance and, where equal, by id.
 
     Parameters
     ----------
@@ -180,12 +152,11 @@ def similarity(
 ) -> FloatArray:
     """Similarity in [0, 1] of distances under a model: 1 is "equal".
 
-    Of a bank it is 1 minus the share of impostor pairs (a copy, and a shape that it is no copy of)
-    that came closer in training. Of any other model, or under a dissimilarity that the bank was
-    not calibrated for, it is 2^(-d/s), where s is the median distance between creatures of
-    different species under this model and dissimilarity (`calibration`), or for a model that was
-    not calibrated its own scale: so 0.5 is "as far apart as two different kinds of creature
-    usually are".
+    For a bank it is 1 minus the share of impostor pairs that came closer in training. An impostor
+    pair is a copy and a shape that it is no copy of. For any other model, or under a dissimilarity
+    that the bank was not calibrated for, it is 2^(-d/s). There s is the median distance between
+    creatures of different species (`calibration`), or the model's own scale where it was not
+    calibrated. So 0.5 is "as far apart as two different kinds of creature usually are".
 
     Parameters
     ----------
@@ -193,7 +164,7 @@ def similarity(
         What `distances` gave.
     model : Model
     dissimilarity : str, optional
-        The one that `distances` was asked for with.
+        The one that `distances` was given.
 
     Returns
     -------
@@ -204,9 +175,3 @@ def similarity(
     scale = typical_distance(model, dissimilarity)
     similar: FloatArray = np.exp2(-np.asarray(distances, dtype=np.float64) / scale)
     return similar
-
-
-def _comparison(channel: Channel, dissimilarity: str | None) -> Dissimilarity:
-    """Return the function that compares a channel."""
-    name = dissimilarity or channel.dissimilarity
-    return find_dissimilarity(name, distribution=channel.is_distribution)

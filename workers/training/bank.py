@@ -9,7 +9,7 @@ import numpy as np
 from workers.errors import InsufficientTrainingDataError, InvalidRequestError
 from workers.geometry.arrays import BoolArray, FloatArray, IntArray
 from workers.retrieval.calibration import impostor_quantiles
-from workers.retrieval.channels import AREA
+from workers.retrieval.channels import AreaChannel
 from workers.retrieval.model import Model
 from workers.training.bank_report import bank_report, impostor_distances, seen_scale
 from workers.training.bank_shapes import (
@@ -145,13 +145,9 @@ def held_out_queries(shapes: BankShapes) -> BoolArray:
 
 
 def _left_out(shapes: BankShapes, candidates: Model) -> BoolArray:
-    """Whether a channel is not to be chosen, (c,).
-
-    Roughness is not compared, and size is to be forgotten where scale was trained.
-    """
-    of_area = np.array([channel.feature == AREA for channel in candidates.channels])
-    of_roughness = np.array([channel.is_of_roughness for channel in candidates.channels])
-    return of_roughness | of_area & ("scale" in shapes.transformations)
+    """Whether a channel is not to be chosen, (c,): the area, where scale was trained."""
+    of_area = np.array([isinstance(channel, AreaChannel) for channel in candidates.channels])
+    return of_area & ("scale" in shapes.transformations)
 
 
 def rounded_weights(weights: FloatArray) -> FloatArray:
@@ -170,7 +166,7 @@ def _bank(
 ) -> Model:
     """Return the model of the channels that have a weight, and the views that they need.
 
-    Views keep their roughness where others can count for them.
+    Views keep their limits of roughness where there is a view without them.
     """
     chosen = tuple(
         replace(candidates.channels[number], weight=float(weight), scale=float(scales[number]))
@@ -180,12 +176,13 @@ def _bank(
     if not chosen:
         raise InsufficientTrainingDataError("no channel of the bank has a weight above 0")
     needed = {channel.view for channel in chosen}
-    rough = [one for one in candidates.channels if one.is_of_roughness and one.view in needed]
-    can_do_without = needed - {one.view for one in rough}
+    limits = tuple(one for one in candidates.roughness_limits if one.view in needed)
+    has_other_view = bool(needed - {one.view for one in limits})
     return replace(
         candidates,
         name=name,
-        channels=(*chosen, *(rough if can_do_without else ())),
+        channels=chosen,
+        roughness_limits=limits if has_other_view else (),
         views=tuple(view for view in candidates.views if view.name in needed),
         fusion_power=options.power,
     )

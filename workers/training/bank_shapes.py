@@ -1,6 +1,6 @@
 """What a bank is learned from: descriptors of shapes and of their transformed copies."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -13,11 +13,8 @@ from workers.geometry.arrays import (
     read_only,
 )
 from workers.retrieval.model import Model
-from workers.retrieval.points import unfound_points
-from workers.retrieval.trust import trust
+from workers.retrieval.query_weights import kept_shares
 from workers.training.ranking_loss import RankingTerms
-
-CHUNK_QUERIES = 64
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,21 +86,27 @@ class BankShapes:
 
 
 def dissimilarities(shapes: BankShapes, candidates: Model) -> Float32Array:
-    """Dissimilarity D of every channel, (c, q, g), as `scan` has it: of most Σ |a - b|."""
-    found = np.empty(
-        (len(candidates.channels), len(shapes.queries), len(shapes.references)), dtype=np.float32
-    )
-    for channel, part in enumerate(candidates.slices.values()):
-        described = candidates.channels[channel]
-        if described.is_of_points:
-            rows, times = shapes.references[:, part], len(described.levels or ())
-            for number, query in enumerate(shapes.queries[:, part]):
-                found[channel, number] = unfound_points(query, rows, times)
-            continue
-        references = shapes.references[None, :, part]  # (1, g, d)
-        for start in range(0, len(shapes.queries), CHUNK_QUERIES):
-            queries = shapes.queries[start : start + CHUNK_QUERIES, None, part]  # (b, 1, d)
-            found[channel, start : start + CHUNK_QUERIES] = np.abs(queries - references).sum(axis=2)
+    """Dissimilarity D of every channel, from every query to every reference, as a search has it.
+
+    In float32, so that all of them fit in memory.
+
+    Parameters
+    ----------
+    shapes : BankShapes
+        Described under ``candidates``.
+    candidates : Model
+
+    Returns
+    -------
+    (c, q, g) float32
+    """
+    n_queries, n_references = len(shapes.queries), len(shapes.references)
+    found = np.empty((len(candidates.channels), n_queries, n_references), dtype=np.float32)
+    for number, channel in enumerate(candidates.channels):
+        own = candidates.slices[channel.name]
+        references = np.ascontiguousarray(shapes.references[:, own])  # (g, d)
+        for place, query in enumerate(shapes.queries[:, own]):
+            found[number, place] = channel.compare(query, references, dtype=np.float32)
     return found
 
 
@@ -144,15 +147,22 @@ def ranking_terms(
             f"all {len(shapes.references)} shapes are the same under every channel, so that there "
             "is nothing to tell them apart by"
         )
-    per_channel: Float32Array = scales[useful, None, None].astype(np.float32)
-    terms: Float32Array = np.power(found[useful] / per_channel, np.float32(power))
-    shares: Float32Array = trust(shapes.queries, candidates)[:, useful].T.astype(np.float32)
-    scanned = np.array([not channel.is_of_points for channel in candidates.channels])
+    channels = [
+        replace(candidates.channels[number], scale=float(scales[number]))
+        for number in useful.tolist()
+    ]
+    terms: Float32Array = np.stack(
+        [
+            channel.term(found[number], power=power)
+            for channel, number in zip(channels, useful.tolist(), strict=True)
+        ]
+    )
+    shares: Float32Array = kept_shares(shapes.queries, candidates)[:, useful].T.astype(np.float32)
     return RankingTerms(
         terms,
         shapes.truth,
         shapes.excluded,
         shapes.importance,
-        alike=scanned[useful],
+        alike=np.array([not channel.is_reranked for channel in channels]),
         trust=None if np.all(shares == 1.0) else shares,
     )

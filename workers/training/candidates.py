@@ -10,15 +10,16 @@ from workers.geometry.preparation import PREPARATION_VERSION, View
 from workers.geometry.spectrum import SOLVER_VERSION
 from workers.retrieval.builtin import DESCRIPTION_VERSION
 from workers.retrieval.channels import (
-    AREA,
-    EIGENVALUES,
-    LOG_DIAGONAL,
-    POINTS,
-    ROUGHNESS,
+    AreaChannel,
     Channel,
+    EigenvalueChannel,
+    KernelChannel,
+    LogDiagonalChannel,
+    PointsChannel,
+    Quantiles,
 )
-from workers.retrieval.dissimilarity import UNFOUND
 from workers.retrieval.model import Model
+from workers.retrieval.roughness import RoughnessLimits
 
 QUANTILE_LEVELS = (
     *(0.005, 0.02, 0.05, 0.1, 0.17, 0.25, 0.34, 0.45),
@@ -64,7 +65,8 @@ def candidate_model(views: Sequence[View], *, power: float) -> Model:
         method="bank",
         parameters={},
         views=tuple(views),
-        channels=(*channels, _area(views[0].name), *_roughness(views)),
+        channels=(*channels, _area(views[0].name)),
+        roughness_limits=tuple(_roughness_limits(views)),
         fusion_power=power,
         versions={
             "description": DESCRIPTION_VERSION,
@@ -79,7 +81,7 @@ def is_resolved(channel: Channel, eigenpairs: int) -> bool:
 
     Only kernels of absolute size are asked; those in units of 1/λ₁ are all coarse enough.
     """
-    if channel.normalisation != "area":
+    if channel.normalisation != "area" or not isinstance(channel, KernelChannel):
         return True
     end = 4.0 * np.pi * eigenpairs
     match channel.kernel:
@@ -113,63 +115,42 @@ def _of_view(view: str) -> Iterator[Channel]:
         wave = WaveKernel(energy)
         yield _signature(view, f"wave {energy:g} even", wave, area, "log-mean")
         yield _signature(view, f"wave {energy:g}", wave, area, "mean")
-    yield Channel(
+    yield EigenvalueChannel(
         name=f"{view}: eigenvalues",
         view=view,
-        kernel=None,
-        feature=EIGENVALUES,
         normalisation="first-eigenvalue",
-        levels=tuple(float(i) for i in range(2, LEADING_EIGENVALUES + 1)),
+        numbers=tuple(range(2, LEADING_EIGENVALUES + 1)),
     )
-
-    yield Channel(
+    yield PointsChannel(
         name=f"{view}: points",
         view=view,
         kernel=HeatKernel(POINTS_TIME),
-        feature=POINTS,
         normalisation="area",
-        levels=POINTS_TIMES,
-        dissimilarity=UNFOUND,
+        time_factors=POINTS_TIMES,
         samples=POINTS_SAMPLES,
     )
 
 
 def _signature(view: str, name: str, kernel: Kernel, normalisation: str, centre: str) -> Channel:
     """Quantiles of ln k(x,x) over the whole surface."""
-    return Channel(
+    return LogDiagonalChannel(
         name=f"{view}: {name}",
         view=view,
         kernel=kernel,
-        feature=LOG_DIAGONAL,
         normalisation=normalisation,
-        levels=QUANTILE_LEVELS,
+        summary=Quantiles(QUANTILE_LEVELS),
         centre=centre,
     )
 
 
 def _area(view: str) -> Channel:
     """The one channel that sees scale."""
-    return Channel(
-        name=f"{view}: area",
-        view=view,
-        kernel=None,
-        feature=AREA,
-        normalisation="none",
-        levels=(1.0,),
-    )
+    return AreaChannel(name=f"{view}: area", view=view)
 
 
-def _roughness(views: Sequence[View]) -> Iterator[Channel]:
+def _roughness_limits(views: Sequence[View]) -> Iterator[RoughnessLimits]:
     """Of views that noise can ruin, where there is one that it cannot."""
     if any(view.is_smoothed for view in views):
         for view in views:
             if not view.is_smoothed:
-                yield Channel(
-                    name=f"{view.name}: roughness",
-                    view=view.name,
-                    kernel=None,
-                    feature=ROUGHNESS,
-                    normalisation="none",
-                    levels=ROUGH,
-                    weight=0.0,
-                )
+                yield RoughnessLimits(view.name, *ROUGH)

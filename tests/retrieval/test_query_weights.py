@@ -1,4 +1,4 @@
-"""What noise has ruined has no say: weights for a query, and banks that are learned with them."""
+"""A view that noise has ruined counts less: weights for a query, and banks learned with limits."""
 
 from dataclasses import replace
 
@@ -15,18 +15,19 @@ from workers.geometry.preparation import named_view
 from workers.geometry.smoothing import roughness
 from workers.geometry.solution import Solution
 from workers.geometry.spectrum import compute_spectrum
-from workers.retrieval.channels import EIGENVALUES, Channel, describe_channel
+from workers.retrieval.channels import Channel
 from workers.retrieval.comparison import compare
-from workers.retrieval.model import Model
-from workers.retrieval.scan import distances, similarity, with_points
-from workers.retrieval.trust import trust, trusted
+from workers.retrieval.model import Model, describe
+from workers.retrieval.query_weights import kept_shares, weighted_for
+from workers.retrieval.roughness import RoughnessLimits
+from workers.retrieval.scan import distances, rerank, similarity
 from workers.training.bank import BankOptions, train_bank
 from workers.training.bank_report import impostor_distances
 from workers.training.bank_shapes import BankShapes, dissimilarities, ranking_terms
 from workers.training.candidates import ROUGH, candidate_model
 
 CANDIDATES = candidate_model([named_view("detailed"), named_view("smooth")], power=0.25)
-ROUGHNESS = next(channel for channel in CANDIDATES.channels if channel.is_of_roughness)
+(LIMITS,) = CANDIDATES.roughness_limits
 
 
 def chosen(*names: str) -> tuple[Channel, ...]:
@@ -39,21 +40,20 @@ MODEL = replace(
         replace(channel, weight=weight)
         for channel, weight in zip(
             chosen(
-                *("detailed: heat 0.01", "detailed: points", "detailed: roughness"),
+                *("detailed: heat 0.01", "detailed: points"),
                 *("smooth: heat 0.01", "smooth: eigenvalues"),
             ),
-            (0.3, 0.2, 0.1, 0.4, 0.0),
+            (0.3, 0.2, 0.1, 0.4),
             strict=True,
         )
     ),
 )
-"""Weights stand in the order of the candidates; that of the roughness is 0, the last one."""
 
 
 def some_rows(model: Model, n: int, rough: float) -> Float32Array:
     """Descriptors that are as rough as that."""
     rows = np.random.default_rng(3).normal(size=(n, model.dimension)).astype(np.float32)
-    rows[:, model.slices[ROUGHNESS.name]] = rough
+    rows[:, model.slices[LIMITS.name]] = rough
     return rows
 
 
@@ -80,41 +80,42 @@ def test_noise_is_rough_at_any_resolution_and_what_shapes_are_made_of_is_not(
     assert roughness(TriangleMesh(7.0 * mesh.vertices + 1.0, mesh.faces)) == pytest.approx(clean)
 
 
-def test_the_channel_is_the_roughness_of_the_working_mesh() -> None:
+def test_the_last_number_of_a_descriptor_is_the_roughness_of_the_working_mesh() -> None:
     mesh = bumpy_sphere(3)
     solution = Solution(mesh, compute_spectrum(mesh, n_eigenpairs=20))
-    assert_array_equal(
-        describe_channel(solution, ROUGHNESS), np.array([roughness(mesh)], dtype=np.float32)
-    )
+    model = replace(MODEL, channels=chosen("detailed: heat 0.01", "smooth: heat 0.01"))
+    found = describe({"detailed": solution, "smooth": solution}, model)
+    assert found[-1] == np.float32(roughness(mesh))
+    assert_array_equal(found[-1:], LIMITS.describe(solution))
 
 
 def test_views_that_noise_can_ruin_have_it_where_another_can_count_for_them() -> None:
     def rough(*views: str) -> list[str]:
         model = candidate_model([named_view(view) for view in views], power=0.25)
-        return [channel.name for channel in model.channels if channel.is_of_roughness]
+        return [limits.name for limits in model.roughness_limits]
 
     assert rough("closed", "open") == []
     assert rough("smooth") == []
     assert rough("closed", "smooth", "open") == ["closed: roughness", "open: roughness"]
 
 
-def test_the_say_of_a_view_goes_from_all_to_none_between_two_levels() -> None:
+def test_a_view_loses_its_weight_between_the_limits() -> None:
     rows = np.concatenate([some_rows(MODEL, 1, rough) for rough in (0.1, 0.35, 0.525, 0.7, 3.0)])
-    shares = trust(rows, MODEL)
+    shares = kept_shares(rows, MODEL)
     detailed = [channel.view == "detailed" for channel in MODEL.channels]
-    expected = np.tile([[1.0], [1.0], [0.5], [0.0], [0.0]], 3)
+    expected = np.tile([[1.0], [1.0], [0.5], [0.0], [0.0]], 2)
     assert_allclose(shares[:, detailed], expected, atol=1e-6)
     assert np.all(shares[:, ~np.array(detailed)] == 1.0)
 
 
 def test_weights_of_a_clean_query_are_the_models_own() -> None:
-    assert trusted(some_rows(MODEL, 1, 0.2)[0], MODEL) is MODEL
+    assert weighted_for(some_rows(MODEL, 1, 0.2)[0], MODEL) is MODEL
 
 
 @pytest.mark.parametrize("rough", [0.5, 0.65, 2.0])
 def test_what_a_view_loses_the_others_gain(rough: float) -> None:
     query = some_rows(MODEL, 1, rough)[0]
-    weights, own = weights_of(trusted(query, MODEL)), weights_of(MODEL)
+    weights, own = weights_of(weighted_for(query, MODEL)), weights_of(MODEL)
     assert sum(weights.values()) == pytest.approx(sum(own.values()))
     left = max(0.0, (0.7 - rough) / 0.35)
     for other in ("detailed: points", "smooth: heat 0.01"):
@@ -136,54 +137,58 @@ def test_a_rough_query_is_answered_by_the_smooth_view_alone() -> None:
     alone = replace(
         MODEL,
         channels=tuple(replace(channel, weight=channel.weight * total / kept) for channel in own),
+        roughness_limits=(),
     )
     columns = np.concatenate([np.arange(MODEL.dimension)[MODEL.slices[name]] for name in names])
     expected = distances(query[columns], rows[:, columns], alone)
-    far = distances(query, rows, MODEL)
-    assert_allclose(far, expected, rtol=1e-12)
-    assert_array_equal(with_points(query, rows.__getitem__, far, MODEL), far)
+    scanned = distances(query, rows, MODEL)
+    assert_allclose(scanned, expected, rtol=1e-12)
+    assert_array_equal(rerank(query, rows.__getitem__, scanned, MODEL), scanned)
 
 
 def test_a_rough_row_is_compared_as_all_others_are() -> None:
     query = some_rows(MODEL, 1, 0.1)[0]
     rows = some_rows(MODEL, 5, 0.1)
     rough = rows.copy()
-    rough[:, MODEL.slices[ROUGHNESS.name]] = 2.0
+    rough[:, MODEL.slices[LIMITS.name]] = 2.0
     assert_array_equal(distances(query, rows, MODEL), distances(query, rough, MODEL))
 
 
 @pytest.mark.parametrize("rough", [0.1, 0.5, 2.0])
 def test_a_distance_taken_apart_has_the_weights_of_its_query(rough: float) -> None:
     query, match = some_rows(MODEL, 2, rough)
-    far = distances(query, match[None], MODEL)
-    far = with_points(query, match[None].__getitem__, far, MODEL)
+    scanned = distances(query, match[None], MODEL)
+    expected = rerank(query, match[None].__getitem__, scanned, MODEL)[0]
     found = compare(query, match, MODEL)
-    assert found.distance == far[0]
-    assert sum(part.share for part in found.channels) == pytest.approx(far[0], rel=1e-12)
-    assert ROUGHNESS.name not in {part.channel.name for part in found.channels}
+    assert found.distance == expected
+    assert sum(part.share for part in found.channels) == pytest.approx(expected, rel=1e-12)
+    assert LIMITS.name not in {part.channel.name for part in found.channels}
     own = compare(query, query, MODEL)
     assert (own.distance, own.similarity) == (0.0, 1.0)
 
 
-def test_where_nothing_would_be_left_all_counts_as_ever() -> None:
-    alone = replace(MODEL, channels=chosen("detailed: heat 0.01", "detailed: roughness"))
+def test_where_nothing_would_be_left_all_keep_their_weights() -> None:
+    alone = replace(MODEL, channels=chosen("detailed: heat 0.01"))
     query = some_rows(alone, 1, 2.0)[0]
-    assert trusted(query, alone) is alone
-    points = replace(
-        MODEL, channels=chosen("detailed: heat 0.01", "detailed: roughness", "smooth: points")
-    )
-    assert trusted(some_rows(points, 1, 2.0)[0], points) is points
+    assert weighted_for(query, alone) is alone
+    points = replace(MODEL, channels=chosen("detailed: heat 0.01", "smooth: points"))
+    assert weighted_for(some_rows(points, 1, 2.0)[0], points) is points
 
 
-def test_roughness_survives_json_and_its_levels_ascend() -> None:
-    assert Channel.from_json(ROUGHNESS.to_json()) == ROUGHNESS
-    for levels in ((0.7, 0.35), (0.5,), (-0.1, 0.5), (0.1, float("inf"))):
-        with pytest.raises(InvalidRequestError, match="two that ascend for roughness"):
-            replace(ROUGHNESS, levels=levels)
-    with pytest.raises(InvalidRequestError, match="take no kernel"):
-        replace(ROUGHNESS, feature=EIGENVALUES, kernel=chosen("smooth: points")[0].kernel)
+def test_limits_survive_json_and_ascend() -> None:
+    assert RoughnessLimits.from_json(LIMITS.to_json()) == LIMITS
+    assert LIMITS.to_json()["name"] == "detailed: roughness"
+    for lower, upper in ((0.7, 0.35), (0.5, 0.5), (-0.1, 0.5), (0.1, float("inf"))):
+        with pytest.raises(InvalidRequestError, match="that ascend"):
+            RoughnessLimits("detailed", lower, upper)
+    with pytest.raises(InvalidRequestError, match="cannot be read"):
+        RoughnessLimits.from_json({**LIMITS.to_json(), "levels": [0.5]})
+    with pytest.raises(InvalidRequestError, match="at least one"):
+        replace(MODEL, channels=(), roughness_limits=())
     with pytest.raises(InvalidRequestError, match="no channel that is scanned"):
-        replace(MODEL, channels=(ROUGHNESS,))
+        replace(MODEL, channels=())
+    with pytest.raises(InvalidRequestError, match="no view 'open'"):
+        replace(MODEL, roughness_limits=(RoughnessLimits("open", 0.1, 0.2),))
 
 
 def two_views() -> Model:
@@ -191,7 +196,6 @@ def two_views() -> Model:
     kept = [
         *[one for one in CANDIDATES.channels if one.view == "detailed"][:4],
         *[one for one in CANDIDATES.channels if one.view == "smooth"][:4],
-        ROUGHNESS,
     ]
     return replace(CANDIDATES, channels=tuple(kept))
 
@@ -205,14 +209,14 @@ def half_ruined(candidates: Model) -> BankShapes:
     rough = np.tile([False, True], n * each // 2)
     changes = rng.normal(size=(len(truth), candidates.dimension))
     queries = references[truth] + 2.2 * changes
-    for channel, part in zip(candidates.channels, candidates.slices.values(), strict=True):
-        if channel.is_of_roughness:
-            references[:, part] = 0.1
-            queries[:, part] = np.where(rough, 1.0, 0.1)[:, None]
-        elif channel.view == "detailed":
-            queries[:, part] = np.where(
-                rough[:, None], changes[:, part], queries[:, part] - 0.6 * changes[:, part]
+    for channel in candidates.channels:
+        own = candidates.slices[channel.name]
+        if channel.view == "detailed":
+            queries[:, own] = np.where(
+                rough[:, None], changes[:, own], queries[:, own] - 0.6 * changes[:, own]
             )
+    references[:, candidates.slices[LIMITS.name]] = 0.1
+    queries[:, candidates.slices[LIMITS.name]] = np.where(rough, 1.0, 0.1)[:, None]
     copies = ["noise" if ruined else "holes" for ruined in rough]
     return of_copies(references, queries, copies, members=3)
 
@@ -220,7 +224,7 @@ def half_ruined(candidates: Model) -> BankShapes:
 def test_a_bank_knows_what_its_views_are_worth() -> None:
     candidates = two_views()
     shapes = half_ruined(candidates)
-    blind = replace(candidates, channels=candidates.channels[:-1])
+    blind = replace(candidates, roughness_limits=())
     rows = {}
     for name, model in (("seeing", candidates), ("blind", blind)):
         seen = replace(
@@ -230,8 +234,8 @@ def test_a_bank_knows_what_its_views_are_worth() -> None:
         )
         trained = train_bank(name, seen, model, BankOptions(), parameters={}, versions={})
         rows[name] = trained.report["rows"]["training"]["map"]
-        assert any(one.is_of_roughness for one in trained.model.channels) == (name == "seeing")
-        assert ROUGHNESS.name not in {one["channel"] for one in trained.report["ablation"]}
+        assert bool(trained.model.roughness_limits) == (name == "seeing")
+        assert LIMITS.name not in {one["channel"] for one in trained.report["ablation"]}
     assert rows["seeing"]["noise"] > rows["blind"]["noise"] + 5.0
     assert rows["seeing"]["holes"] >= rows["blind"]["holes"]
 
@@ -250,14 +254,14 @@ def test_a_bank_of_one_view_has_no_use_for_roughness() -> None:
     blind = replace(shapes, queries=queries, references=references)
     model = train_bank("b", blind, candidates, BankOptions(), parameters={}, versions={}).model
     assert {channel.view for channel in model.channels} == {"detailed"}
-    assert not any(channel.is_of_roughness for channel in model.channels)
+    assert model.roughness_limits == ()
 
 
 def test_distances_that_similarity_is_calibrated_by_are_those_of_the_scan() -> None:
     candidates = two_views()
     shapes = half_ruined(candidates)
     found = dissimilarities(shapes, candidates)
-    scales = np.array([0.0 if one.is_of_roughness else 2.0 for one in candidates.channels])
+    scales = np.full(len(candidates.channels), 2.0)
     terms = ranking_terms(shapes, candidates, found, scales, power=0.25)
     weights = np.linspace(0.5, 1.5, terms.n_channels)
     weights /= weights.sum()
@@ -265,7 +269,7 @@ def test_distances_that_similarity_is_calibrated_by_are_those_of_the_scan() -> N
         candidates,
         channels=tuple(
             replace(one, scale=2.0, weight=weight)
-            for one, weight in zip(candidates.channels, [*weights.tolist(), 0.0], strict=True)
+            for one, weight in zip(candidates.channels, weights.tolist(), strict=True)
         ),
     )
     expected = np.concatenate(

@@ -1,0 +1,102 @@
+"""What channels of distributions have in common: values with weights become a vector."""
+
+from abc import abstractmethod
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+from workers.diffusion.distributions import weighted_mean
+from workers.errors import KernelDomainError
+from workers.geometry.arrays import FloatArray
+from workers.geometry.solution import Solution
+from workers.geometry.spectrum import Spectrum
+from workers.retrieval.channels.base import Axis, KernelChannel
+from workers.retrieval.channels.normalisation import normalised_spectrum
+from workers.retrieval.channels.summaries import (
+    Histogram,
+    Summary,
+    summary_from_json,
+    summary_to_json,
+)
+
+
+@dataclass(frozen=True, kw_only=True)
+class DistributionChannel(KernelChannel):
+    """A channel of the distribution of some values.
+
+    Attributes
+    ----------
+    summary : Histogram or Quantiles
+    """
+
+    summary: Summary
+
+    @property
+    def dimension(self) -> int:
+        """Bins or levels."""
+        return self.summary.dimension
+
+    @property
+    def is_distribution(self) -> bool:
+        """Whether the vector is of probabilities."""
+        return isinstance(self.summary, Histogram)
+
+    @cached_property
+    def widths(self) -> FloatArray:
+        """Widths of the bins, (d,)."""
+        return self.summary.widths
+
+    @property
+    def axis(self) -> Axis:
+        """Edges or levels."""
+        if isinstance(self.summary, Histogram):
+            return Axis("edges", self.summary.edges)
+        return Axis("levels", self.summary.levels)
+
+    @abstractmethod
+    def values(self, solution: Solution, spectrum: Spectrum) -> tuple[FloatArray, FloatArray]:
+        """Values and their weights.
+
+        Parameters
+        ----------
+        solution : Solution
+        spectrum : Spectrum
+            The solution's, normalised.
+
+        Returns
+        -------
+        values, weights : (n,) float64
+        """
+
+    def vector(self, solution: Solution) -> FloatArray:
+        """Histogram or quantiles of the values.
+
+        Parameters
+        ----------
+        solution : Solution
+
+        Returns
+        -------
+        (d,) float64
+
+        Raises
+        ------
+        KernelDomainError
+            The values are to be divided by their mean, which is not above 0.
+        """
+        spectrum = normalised_spectrum(solution.spectrum, self.normalisation)
+        values, weights = self.values(solution, spectrum)
+        if self.normalisation == "mean":
+            mean = weighted_mean(values, weights)
+            if not mean > 0.0:
+                raise KernelDomainError(f"channel {self.name!r}: the kernel vanishes on the shape")
+            values = values / mean
+        return self.summary.summarise(values, weights)
+
+    def _axis_to_json(self) -> dict[str, list[float]]:
+        return summary_to_json(self.summary)
+
+    @classmethod
+    def _fields_from_json(cls, value: Mapping[str, Any]) -> dict[str, Any]:
+        return super()._fields_from_json(value) | {"summary": summary_from_json(value)}

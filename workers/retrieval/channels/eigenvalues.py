@@ -1,0 +1,78 @@
+"""Logarithms of eigenvalues: ShapeDNA (Reuter, Wolter, Peinecke 2005)."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+import numpy as np
+
+from workers.geometry.arrays import FloatArray, IntArray
+from workers.geometry.solution import Solution
+from workers.retrieval.channels.base import Axis, Channel
+from workers.retrieval.channels.normalisation import normalised_spectrum
+
+
+@dataclass(frozen=True, kw_only=True)
+class EigenvalueChannel(Channel):
+    """Logarithms of some eigenvalues.
+
+    Attributes
+    ----------
+    numbers : (d,) tuple of int
+        Which ones, 1 being the first that is not zero.
+    """
+
+    feature: ClassVar[str] = "eigenvalues"
+    numbers: tuple[int, ...]
+
+    def __post_init__(self) -> None:
+        """Check the numbers too."""
+        super().__post_init__()
+        if not self.numbers or min(self.numbers) < 1:
+            raise self.invalid(
+                f"numbers of eigenvalues are {self.numbers}, expected at least one, from 1 on"
+            )
+
+    @property
+    def dimension(self) -> int:
+        """Number of eigenvalues."""
+        return len(self.numbers)
+
+    @property
+    def axis(self) -> Axis:
+        """Their numbers."""
+        return Axis("index", tuple(float(number) for number in self.numbers))
+
+    @property
+    def eigenpairs_needed(self) -> int:
+        """The highest number."""
+        return max(self.numbers)
+
+    def vector(self, solution: Solution) -> FloatArray:
+        """Logarithms of the eigenvalues in the unit of the normalisation.
+
+        Parameters
+        ----------
+        solution : Solution
+
+        Returns
+        -------
+        (d,) float64
+        """
+        spectrum = normalised_spectrum(solution.spectrum, self.normalisation)
+        numbers: IntArray = np.array(self.numbers, dtype=np.int64) - 1
+        eigenvalues = spectrum.eigenvalues[numbers]  # (d,)
+        if self.normalisation == "mean":
+            eigenvalues = eigenvalues / eigenvalues.mean()
+        logarithms: FloatArray = np.log(eigenvalues)
+        return logarithms
+
+    def _axis_to_json(self) -> dict[str, list[float]]:
+        return {"levels": [float(number) for number in self.numbers]}
+
+    @classmethod
+    def _fields_from_json(cls, value: Mapping[str, Any]) -> dict[str, Any]:
+        numbers = tuple(int(level) for level in value["levels"])
+        if list(numbers) != list(value["levels"]):
+            raise ValueError(f"numbers of eigenvalues are {value['levels']}, expected whole ones")
+        return super()._fields_from_json(value) | {"numbers": numbers}
