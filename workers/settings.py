@@ -80,6 +80,23 @@ class Settings(BaseSettings):
     task_seconds: int = Field(900, ge=1, description="hard limit of one task; it is then killed")
     max_attempts: int = Field(3, ge=1, description="claims of one part before it counts as failed")
 
+    prune_hours: float = Field(
+        24.0, ge=0, description="hours between two prunings; 0: only when asked for"
+    )
+    keep_unused_days: float = Field(
+        7.0, ge=0.05, description="days for files that nothing refers to, such as deleted meshes"
+    )
+    keep_training_days: float = Field(
+        30.0, ge=0.05, description="days for what a training computed of pairs and copies"
+    )
+    keep_jobs_days: float = Field(30.0, ge=0.05, description="days for jobs after their end")
+    keep_queries_days: float = Field(
+        90.0, ge=0.05, description="days for queries by mesh after they were last asked"
+    )
+    keep_deletions_days: float = Field(
+        30.0, ge=0.05, description="days after which an index that slept is read anew"
+    )
+
     api_keys: str = Field("", description="id:sha256:scope+scope, comma-separated; empty: open")
     rate_limit: str = Field("", description="requests a client may make, e.g. 600/minute")
     key_attempts: str = Field(

@@ -9,7 +9,6 @@ a process that has mapped a file dies when the file becomes shorter.
 """
 
 import contextlib
-import hashlib
 import json
 import os
 import uuid
@@ -22,14 +21,12 @@ from typing import Any
 import numpy as np
 
 from workers.geometry.arrays import Float32Array
+from workers.storage.stale_files import PARTIAL, index_file_name
 
 MAGIC = b"PROTEUS1"
 PAGE = 4096
 ID_BYTES = 36
 BLOCK = 1 << 24
-ENDING = ".index"
-PARTIAL = ".partial"
-"""Ending of a file that is being written."""
 
 
 @dataclass(frozen=True)
@@ -44,7 +41,7 @@ class Identity:
     @property
     def file_name(self) -> str:
         """Name of its cache file: of the collection, the model's name and its fingerprint."""
-        return f"{self.collection_id}.{model_tag(self.model)}.{self.fingerprint[:16]}{ENDING}"
+        return index_file_name(self.collection_id, self.model, self.fingerprint)
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,11 +60,6 @@ class Cached:
     ids: list[str]
     matrix: Float32Array
     number: int
-
-
-def model_tag(model: str) -> str:
-    """Return what stands for a model's name in names of cache files."""
-    return hashlib.sha256(model.encode()).hexdigest()[:16]
 
 
 def write_cache(

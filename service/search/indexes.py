@@ -1,8 +1,6 @@
 """All search indexes of this process: the least recently asked go when memory runs out."""
 
 import contextlib
-import hashlib
-import json
 import threading
 import time
 from collections import OrderedDict
@@ -14,12 +12,12 @@ from pathlib import Path
 import structlog
 from sqlalchemy.orm import Session
 
-from service.search.cache_file import ENDING, PARTIAL, Identity, model_tag
+from service.search.cache_file import Identity
 from service.search.index import SearchIndex, Snapshot
 from workers.retrieval.model import Model
 from workers.storage.database import Database
-from workers.storage.models import TrainedModel
-from workers.storage.trained_models import get_model_row, load_model
+from workers.storage.stale_files import ENDING, PARTIAL, model_tag
+from workers.storage.trained_models import get_model_row, load_model, model_fingerprint
 
 log = structlog.get_logger(__name__)
 
@@ -44,7 +42,7 @@ def load_search_model(session: Session, name: str) -> SearchModel:
     ModelNotFoundError, ModelNotReadyError
         There is none of this name, or it is not trained yet.
     """
-    return SearchModel(load_model(session, name), _fingerprint(get_model_row(session, name)))
+    return SearchModel(load_model(session, name), model_fingerprint(get_model_row(session, name)))
 
 
 class SearchIndexes:
@@ -186,8 +184,3 @@ def _remove(path: Path) -> None:
         path.unlink(missing_ok=True)
     except OSError as error:
         log.warning("a search index's cache cannot be removed", path=str(path), error=str(error))
-
-
-def _fingerprint(row: TrainedModel) -> str:
-    definition = json.dumps(row.definition, sort_keys=True)
-    return hashlib.sha256(f"{row.created_at!r} {definition}".encode()).hexdigest()

@@ -5,6 +5,7 @@ ever becomes part of a path. What is stored in a folder survives a power cut onc
 returned; what is stored elsewhere is as safe as that store says.
 """
 
+import contextlib
 import os
 import shutil
 import uuid
@@ -340,6 +341,18 @@ class BlobStore:
             self._files.rm_file(self._path(key))
         except FileNotFoundError:
             return
+
+    def remove_folder(self, prefix: str) -> None:
+        """Remove a folder that holds nothing; one that holds something stays.
+
+        Parameters
+        ----------
+        prefix : str
+            Of keys; stores other than a disk have no folders beside their blobs.
+        """
+        if self._local:
+            with contextlib.suppress(OSError):
+                Path(self._path(prefix)).rmdir()
 
     def info(self, key: str) -> StoredBlob | None:
         """Return size and age of a blob as they are now.

@@ -4,6 +4,7 @@
 twice, or from two machines at once, does no harm.
 """
 
+import time
 from pathlib import Path
 
 import structlog
@@ -15,7 +16,10 @@ from sqlalchemy.orm import Session
 from workers.logs import configure_logs
 from workers.retrieval.builtin import built_in_models
 from workers.settings import Settings, load_settings
+from workers.storage.change_feed import ensure_counter
 from workers.storage.database import Database
+from workers.storage.pruning import PRUNED
+from workers.storage.references import BLOBS
 from workers.storage.shipped_models import shipped_model, shipped_training
 from workers.storage.trained_models import ensure_models
 
@@ -49,6 +53,8 @@ def migrate(settings: Settings) -> None:
             models = built_in_models(working_vertices=vertices)
             shipped = shipped_model(working_vertices=vertices)
             ensure_models(session, (*models, shipped), {shipped.name: shipped_training()})
+            ensure_counter(session, BLOBS)
+            ensure_counter(session, PRUNED, value=int(time.time()))
     finally:
         database.dispose()
 

@@ -1,5 +1,7 @@
 """Rows of models: the built-in ones, and those that were trained."""
 
+import hashlib
+import json
 import time
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
@@ -75,6 +77,22 @@ def get_model_row(session: Session, name: str) -> TrainedModel:
     if row is None:
         raise ModelNotFoundError(f"there is no model named {name!r}")
     return row
+
+
+def model_fingerprint(row: TrainedModel) -> str:
+    """Digest that tells a model from another that had its name before.
+
+    Parameters
+    ----------
+    row : TrainedModel
+        The row of the model.
+
+    Returns
+    -------
+    64 hexadecimal digits of its definition and the time it was made.
+    """
+    definition = json.dumps(row.definition, sort_keys=True)
+    return hashlib.sha256(f"{row.created_at!r} {definition}".encode()).hexdigest()
 
 
 def load_model(session: Session, name: str) -> Model:
