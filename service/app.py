@@ -27,6 +27,7 @@ from service.api import (
     uploads,
 )
 from service.body_limit import BodyLimit
+from service.compression import Compression
 from service.dependencies import Services, uploads_path
 from service.documentation import add_documentation
 from service.errors import add_error_handlers
@@ -84,6 +85,7 @@ def create_app(settings: Settings | None = None) -> FastAPI:
     )
     app.state.gate = Gate(settings)
     app.state.metrics = Metrics()
+    app.add_middleware(Compression)
     app.add_middleware(BodyLimit, limit=partial(_body_limit, settings))
     app.add_middleware(RequestContext, metrics=app.state.metrics)
     add_error_handlers(app)

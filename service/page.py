@@ -14,6 +14,7 @@ from fastapi import FastAPI, Request, Response
 from starlette.exceptions import HTTPException
 
 from service.api.answers import is_known
+from service.compression import accepts_gzip
 
 FOLDER = Path(__file__).parent / "web" / "dist"
 ASSETS = "assets"
@@ -156,25 +157,8 @@ def add_page(app: FastAPI, folder: Path) -> None:
     app.add_api_route(f"/{ASSETS}/{{name:path}}", asset, methods=METHODS, include_in_schema=False)
 
 
-def accepts_gzip(header: str) -> bool:
-    """Whether an Accept-Encoding has gzip, or else what it does not name, at a weight above 0."""
-    weights = {}
-    for entry in header.lower().split(","):
-        coding, *parameters = (part.strip() for part in entry.split(";"))
-        weights[coding] = all(_weight(parameter) > 0.0 for parameter in parameters)
-    return weights.get("gzip", weights.get("*", False))
-
-
 def _answers(file: PageFile) -> Callable[[Request], Coroutine[Any, Any, Response]]:
     async def show(request: Request) -> Response:
         return file.answer(request)
 
     return show
-
-
-def _weight(parameter: str) -> float:
-    name, _, value = parameter.partition("=")
-    try:
-        return float(value) if name.strip() == "q" else 1.0
-    except ValueError:
-        return 0.0

@@ -7,7 +7,8 @@ from pathlib import Path
 import httpx
 import pytest
 
-from service.page import accepts_gzip, page_file
+from service.compression import accepts_gzip
+from service.page import page_file
 from service.security import new_key
 from tests.service.conftest import Start
 from tests.service.running import Api, checked
