@@ -3,14 +3,14 @@
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from workers.errors import InvalidRequestError
-from workers.geometry.arrays import FloatArray, IntArray, read_only
+from workers.geometry.arrays import BoolArray, FloatArray, IntArray, read_only
+from workers.geometry.box_tree import box_trees
 from workers.geometry.mesh import TriangleMesh
 
-_NEIGHBOURS = 4  # nearest vertices, and nearest face centres, whose faces are candidates
 _CHUNK = 20_000  # positions at a time
+_ROUNDING = 64 * np.finfo(np.float64).eps  # of the largest coordinate: slack of a distance
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,42 +45,35 @@ class SurfacePoints:
 
 
 def closest_points(mesh: TriangleMesh, positions: FloatArray) -> SurfacePoints:
-    """Points of a surface closest to some positions.
+    """Find the points of a surface closest to some positions, exactly.
 
-    They are looked for on the faces around the nearest vertices and on the faces with the nearest
-    centres.
+    No face is left out that could be closer (decision 19), so the result is that of a comparison
+    with every face: the smallest squared distance, and among equal ones the first face. It
+    depends on nothing else, neither the order of the positions nor how many there are.
 
     Parameters
     ----------
     mesh : TriangleMesh
-        Each of its n vertices belongs to a face.
+        With at least one face, and finite coordinates. Vertices without a face do not count.
     positions : (p, 3) float64
-        Near the surface.
+        Anywhere, in the mesh's unit.
 
     Returns
     -------
     SurfacePoints
+        One point for each position.
     """
     corners = mesh.vertices[mesh.faces]  # (m, 3, 3)
-    vertices = cKDTree(mesh.vertices)
-    centres = cKDTree(corners.mean(axis=1))
-    starts, incident = _incident_faces(mesh)
-    found = []
-    for begin in range(0, max(len(positions), 1), _CHUNK):
-        points = positions[begin : begin + _CHUNK]  # (c, 3)
-        near = _nearest(vertices, points)  # (c, 4)
-        faces = _nearest(centres, points)  # (c, 4)
-        owner, face = _candidates(near, starts, incident)
-        owner = np.concatenate([owner, np.repeat(np.arange(len(points)), faces.shape[1])])
-        face = np.concatenate([face, faces.ravel()])  # (q,) candidate pairs
-        weights = closest_barycentric(points[owner], corners[face])  # (q, 3)
-        closest = np.einsum("qc,qcd->qd", weights, corners[face])
-        squared = np.einsum("qd,qd->q", closest - points[owner], closest - points[owner])
-        order = np.lexsort((face, squared, owner))
-        first = np.searchsorted(owner[order], np.arange(len(points)))
-        best = order[first]  # (c,)
-        found.append((mesh.faces[face[best]], weights[best], squared[best]))
-    return SurfacePoints(*(np.concatenate(part) for part in zip(*found, strict=True)))
+    # A power of two keeps every digit, and fourth powers of lengths within the range of a float.
+    exponent = -int(np.frexp(max(np.abs(corners).max(), np.abs(positions).max(initial=0.0)))[1])
+    search = _ClosestFaces(np.ldexp(corners, exponent))
+    scaled = np.ldexp(positions, exponent)  # (p, 3)
+    found = [
+        search.nearest(scaled[begin : begin + _CHUNK])
+        for begin in range(0, max(len(positions), 1), _CHUNK)
+    ]
+    face, weights, squared = (np.concatenate(part) for part in zip(*found, strict=True))
+    return SurfacePoints(mesh.faces[face], weights, np.ldexp(squared, -2 * exponent))
 
 
 def transfer_to_vertices(
@@ -117,24 +110,29 @@ def closest_barycentric(points: FloatArray, corners: FloatArray) -> FloatArray:
     Parameters
     ----------
     points : (p, 3) float64
+        One for each triangle.
     corners : (p, 3, 3) float64
-        Of triangles with area.
+        Corner after corner; a triangle may be a segment or a point.
 
     Returns
     -------
-    (p, 3) float64, not negative, rows sum to 1.
+    (p, 3) float64
+        Not negative, rows sum to 1.
     """
-    a, b, c = corners[:, 0], corners[:, 1], corners[:, 2]
-    inside = _plane_barycentric(points, a, b, c)  # (p, 3), of the foot in the plane
-    best = np.where(np.all(inside >= 0.0, axis=1), 0.0, np.inf)  # (p,) squared distance in plane
-    foot = np.einsum("pc,pcd->pd", inside, corners)
+    inside, has_plane = _plane_barycentric(points, corners)  # (p, 3), of the foot in the plane
+    is_inside = has_plane & np.all(inside >= 0.0, axis=1)
+    best = np.where(is_inside, 0.0, np.inf)  # (p,) squared distance from the foot
+    foot = np.where(has_plane[:, None], _at(inside, corners), points)
     weights = inside.copy()
     for i, j in ((0, 1), (1, 2), (2, 0)):
         edge = corners[:, j] - corners[:, i]
-        along = np.einsum("pd,pd->p", foot - corners[:, i], edge)
-        along = np.clip(along / np.einsum("pd,pd->p", edge, edge), 0.0, 1.0)
+        along = _dot(foot - corners[:, i], edge)
+        squared_length = _dot(edge, edge)
+        has_length = squared_length > 0.0
+        along = np.divide(along, squared_length, out=np.zeros_like(along), where=has_length)
+        along = np.clip(along, 0.0, 1.0)
         gap = corners[:, i] + along[:, None] * edge - foot
-        squared = np.einsum("pd,pd->p", gap, gap)
+        squared = _dot(gap, gap)
         nearer = squared < best
         best = np.where(nearer, squared, best)
         weights[nearer] = 0.0
@@ -143,36 +141,121 @@ def closest_barycentric(points: FloatArray, corners: FloatArray) -> FloatArray:
     return weights
 
 
-def _plane_barycentric(
-    points: FloatArray, a: FloatArray, b: FloatArray, c: FloatArray
-) -> FloatArray:
-    """Barycentric coordinates (p, 3) of the points' feet in the triangles' planes."""
+def _plane_barycentric(points: FloatArray, corners: FloatArray) -> tuple[FloatArray, BoolArray]:
+    """Coordinates (p, 3) of the points' feet in the triangles' planes, and who has a plane (p,)."""
+    a, b, c = corners[:, 0], corners[:, 1], corners[:, 2]
     normal = np.cross(b - a, c - a)  # (p, 3)
-    squared = np.einsum("pd,pd->p", normal, normal)
+    squared = _dot(normal, normal)
+    has_plane = squared > 0.0
+    divisor = np.where(has_plane, squared, 1.0)
     offset = points - a
-    second = np.einsum("pd,pd->p", np.cross(offset, c - a), normal) / squared
-    third = np.einsum("pd,pd->p", np.cross(b - a, offset), normal) / squared
-    return np.stack([1.0 - second - third, second, third], axis=1)
+    second = _dot(np.cross(offset, c - a), normal) / divisor
+    third = _dot(np.cross(b - a, offset), normal) / divisor
+    return np.stack([1.0 - second - third, second, third], axis=1), has_plane
 
 
-def _nearest(tree: cKDTree, points: FloatArray) -> IntArray:
-    """Indices (c, 4) of the nearest entries of the tree, fewer columns in a smaller tree."""
-    ranks = np.arange(1, min(_NEIGHBOURS, tree.n) + 1)
-    return np.asarray(tree.query(points, k=ranks)[1], dtype=np.int64)
+def _dot(first: FloatArray, second: FloatArray) -> FloatArray:
+    """Scalar products (p,) of vectors (p, 3).
+
+    The products are added in a fixed order, for a library may add them in one that depends on the
+    processor.
+    """
+    x, y, z = (first[:, i] * second[:, i] for i in range(3))
+    products: FloatArray = x + z + y
+    return products
 
 
-def _incident_faces(mesh: TriangleMesh) -> tuple[IntArray, IntArray]:
-    """Faces around each vertex: those of vertex v are ``faces[starts[v] : starts[v + 1]]``."""
-    corners = mesh.faces.ravel()
-    order = np.argsort(corners, kind="stable")
-    counts = np.bincount(corners, minlength=mesh.n_vertices)
-    return np.concatenate([[0], np.cumsum(counts)]), order // 3
+def _at(weights: FloatArray, corners: FloatArray) -> FloatArray:
+    """Points (p, 3) with these barycentric coordinates (p, 3) in triangles (p, 3, 3)."""
+    a, b, c = (weights[:, i, None] * corners[:, i] for i in range(3))
+    points: FloatArray = a + b + c
+    return points
 
 
-def _candidates(near: IntArray, starts: IntArray, incident: IntArray) -> tuple[IntArray, IntArray]:
-    """Pairs (point, face) for all faces around the vertices near each point, (q,) each."""
-    vertices = near.ravel()
-    counts = starts[vertices + 1] - starts[vertices]  # (c * near,)
-    owner = np.repeat(np.repeat(np.arange(len(near)), near.shape[1]), counts)
-    within = np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts)
-    return owner, incident[np.repeat(starts[vertices], counts) + within]
+@dataclass(frozen=True, eq=False)
+class _Slabs:
+    """A short cylinder around each triangle, flatter than its box: axis, ends, centre, radius."""
+
+    axes: FloatArray  # (m, 3), of length 1, or 0 for a triangle without a plane
+    ends: FloatArray  # (m, 2), along the axis from the centre
+    centres: FloatArray  # (m, 3)
+    radii: FloatArray  # (m,)
+
+    @classmethod
+    def of(cls, corners: FloatArray) -> "_Slabs":
+        """Cylinders around triangles (m, 3, 3), along their normals."""
+        sides = np.roll(corners, -1, axis=1) - corners  # (m, 3, 3)
+        normals = np.cross(sides[:, 0], sides[:, 1])  # (m, 3)
+        lengths = np.linalg.norm(normals, axis=1, keepdims=True)
+        axes = np.divide(normals, lengths, out=np.zeros_like(normals), where=lengths > 0.0)
+        centres = corners.mean(axis=1)
+        offsets = corners - centres[:, None]  # (m, 3, 3)
+        heights = np.stack([_dot(offsets[:, i], axes) for i in range(3)], axis=1)  # (m, 3)
+        radii = np.sqrt((offsets**2).sum(axis=2).max(axis=1))
+        ends = np.stack([heights.min(axis=1), heights.max(axis=1)], axis=1)
+        return cls(axes, ends, centres, radii)
+
+    def distances(self, points: FloatArray, triangles: IntArray) -> FloatArray:
+        """Distance (q,) of each point (q, 3) to the cylinder of its triangle, or less."""
+        offsets = points - self.centres[triangles]
+        heights = _dot(offsets, self.axes[triangles])
+        ends = self.ends[triangles]
+        along = np.maximum(np.maximum(ends[:, 0] - heights, heights - ends[:, 1]), 0.0)
+        whole = _dot(offsets, offsets)
+        across = np.sqrt(np.maximum(whole * (1.0 - _ROUNDING) - heights**2, 0.0))
+        across = np.maximum(across - self.radii[triangles], 0.0)
+        distances: FloatArray = np.sqrt(along**2 + across**2)
+        return distances
+
+
+class _ClosestFaces:
+    """Finds the closest face of one mesh."""
+
+    def __init__(self, corners: FloatArray) -> None:
+        self._corners = corners  # (m, 3, 3)
+        self._trees = box_trees(corners)
+        self._slack = _ROUNDING * float(np.abs(corners).max())
+        self._slabs = _Slabs.of(corners)
+
+    def nearest(self, points: FloatArray) -> tuple[IntArray, FloatArray, FloatArray]:
+        """Face (c,), weights (c, 3) and squared distance (c,) for positions (c, 3)."""
+        face = np.zeros(len(points), dtype=np.int64)
+        weights = np.zeros((len(points), 3))
+        squared = np.full(len(points), np.inf)
+        everyone = np.arange(len(points))
+        # A bound first: one face of each size that is probably near.
+        for tree in self._trees:
+            self._improve(points, (everyone, tree.nearest_centres(points)), face, weights, squared)
+        # Then every face whose box the bound reaches, the largest first: they make it tight.
+        for tree in self._trees:
+            radii = np.sqrt(squared) + self._slack + _ROUNDING * np.abs(points).max(axis=1)
+            for owner, candidate in tree.within(points, radii**2):
+                nearer = self._slabs.distances(points[owner], candidate) <= radii[owner]
+                pairs = owner[nearer], candidate[nearer]
+                self._improve(points, pairs, face, weights, squared)
+        return face, weights, squared
+
+    def _improve(
+        self,
+        points: FloatArray,
+        pairs: tuple[IntArray, IntArray],
+        face: IntArray,
+        weights: FloatArray,
+        squared: FloatArray,
+    ) -> None:
+        """Replace what is known of the points where one of the faces (q,) is closer."""
+        owner, candidate = pairs
+        corners = self._corners[candidate]  # (q, 3, 3)
+        found = closest_barycentric(points[owner], corners)  # (q, 3)
+        gaps = _at(found, corners) - points[owner]
+        distances = _dot(gaps, gaps)  # (q,)
+        order = np.lexsort((candidate, distances, owner))
+        first = np.ones(len(order), dtype=np.bool_)
+        first[1:] = np.diff(owner[order]) != 0
+        best = order[first]  # one a point
+        old = owner[best]
+        better = (distances[best] < squared[old]) | (
+            (distances[best] == squared[old]) & (candidate[best] < face[old])
+        )
+        best, old = best[better], old[better]
+        face[old], weights[old], squared[old] = candidate[best], found[best], distances[best]

@@ -10,7 +10,7 @@ from workers.geometry.mesh import TriangleMesh
 from workers.geometry.solution import Solution
 from workers.geometry.transfer import closest_points
 
-CORRESPONDENCE_VERSION = "1"
+CORRESPONDENCE_VERSION = "2"
 """Part of the key of what is stored of a pair: raised when the same meshes give other points."""
 
 FARTHEST = 0.02  # of the root of the area: what lies farther off corresponds to nothing
