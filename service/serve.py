@@ -25,6 +25,7 @@ from service.supervisor.commands import (
     worker_environment,
 )
 from service.supervisor.events import Report, StartError
+from service.supervisor.health import SocketPing
 from service.supervisor.lock import DirectoryLock
 from service.supervisor.processes import Plan
 from service.supervisor.supervise import Supervisor
@@ -127,7 +128,7 @@ def plan_broker(settings: Settings, environment: Mapping[str, str], *, lock: Dir
         descriptors=(lock.descriptor,),
         prepare=prepare,
         ready=partial(answers, settings.resolved_broker_url),
-        healthy=path.exists,
+        ping=partial(SocketPing, path),
         repair=partial(set_aside_broken_log, directory),
     )
 

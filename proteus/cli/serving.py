@@ -81,16 +81,17 @@ def reporter(output: Output) -> Report:
     """Return what prints the supervisor's events."""
 
     def report(event: Event) -> None:
+        time = f"[dim]{event.time}[/]"
         if event.kind in {"ready", "done"}:
-            output.say(f"  [green]✓[/] {event.name}")
+            output.say(f"  {time} [green]✓[/] {event.name}")
         elif event.kind in {"ended", "note"}:
-            output.say(f"  [yellow]![/] {escape(event.text)}")
+            output.say(f"  {time} [yellow]![/] {escape(event.text)}")
             for line in event.lines:
                 output.say(f"      [dim]{escape(line)}[/]")
         elif event.kind == "stopping":
-            output.say("stopping …")
+            output.say(f"  {time} stopping …")
         elif event.kind == "stopped":
-            output.say("stopped")
+            output.say(f"  {time} stopped")
 
     return report
 

@@ -1,7 +1,9 @@
 """What the supervisor tells whoever watches it, and the errors of a start."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from datetime import UTC, datetime
+from functools import partial
 from typing import Literal
 
 EventKind = Literal["starting", "ready", "done", "ended", "note", "up", "stopping", "stopped"]
@@ -22,12 +24,20 @@ class Event:
         A sentence for people.
     lines : tuple of str
         The last lines of the child's log, where they help.
+    at : datetime
+        When it happened, in UTC.
     """
 
     kind: EventKind
     name: str = ""
     text: str = ""
     lines: tuple[str, ...] = ()
+    at: datetime = field(default_factory=partial(datetime.now, UTC))
+
+    @property
+    def time(self) -> str:
+        """When it happened, as log lines say it: ``2026-03-01T09:30:00Z``."""
+        return self.at.isoformat(timespec="seconds").replace("+00:00", "Z")
 
 
 Report = Callable[[Event], None]

@@ -12,6 +12,8 @@ from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
 
+from service.supervisor.health import Ping
+
 LOG_BYTES = 5 << 20
 """A log longer than this is set aside when its process starts."""
 
@@ -49,8 +51,9 @@ class Plan:
         Where ``<name>.log`` is written.
     ready : callable
         Whether the running child can do its work; asked often, must answer within a second.
-    healthy : callable
-        Whether a child that was ready still can; where it cannot, it is started anew.
+    ping : callable, optional
+        Asks a child that was ready whether it lives; one that is silent for too long is killed
+        and started again, see :class:`service.supervisor.health.Watch`.
     prepare : callable
         Called before each start.
     repair : callable
@@ -69,7 +72,7 @@ class Plan:
     environment: Mapping[str, str]
     log_directory: Path
     ready: Callable[[], bool] = _always
-    healthy: Callable[[], bool] = _always
+    ping: Callable[[], Ping] | None = None
     prepare: Callable[[], None] = _nothing
     repair: Callable[[str], str | None] = _no_repair
     once: bool = False

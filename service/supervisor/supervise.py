@@ -6,18 +6,17 @@ import select
 import signal
 import socket
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from types import FrameType
 
 from service.supervisor.events import Event, Report, StartError
+from service.supervisor.health import SILENCE_SECONDS, Watch
 from service.supervisor.processes import Child, Plan, describe_exit
 
 RESTART_SECONDS = (0.2, 0.5, 1.0, 2.0, 4.0, 8.0, 15.0)
 """Pause before the first, second, ... restart in a row."""
 WELL_SECONDS = 30.0
 """A child that ran this long has recovered: its next death counts as the first."""
-HEALTH_SECONDS = 5.0
-"""Pause between two questions whether a ready child is still healthy."""
 ATTEMPTS = 2
 """Starts that a child gets before its first readiness, if its repair did something."""
 
@@ -35,13 +34,22 @@ class Supervisor:
         In the order of their start.
     report : callable
         Is told what happens.
+    clock : callable
+        Monotonic seconds, by which the silence of a child is measured.
     """
 
-    def __init__(self, plans: Sequence[Plan], *, report: Report) -> None:
+    def __init__(
+        self,
+        plans: Sequence[Plan],
+        *,
+        report: Report,
+        clock: Callable[[], float] = time.monotonic,
+    ) -> None:
         self._children = [Child(plan) for plan in plans]
         self._report = report
+        self._clock = clock
+        self._watches: dict[str, Watch] = {}
         self._stop_requests = 0
-        self._next_health = 0.0
         self._wake: socket.socket | None = None
 
     def run(self) -> None:
@@ -116,13 +124,15 @@ class Supervisor:
                 continue
             was_ready, code = child.is_ready, child.take_death()
             if code is not None:
+                self._end_watch(child)
                 lines = () if was_ready else child.last_lines()
                 self._plan_restart(child, describe_exit(code), lines)
             elif child.restart_at is not None and time.monotonic() >= child.restart_at:
                 self._restart(child)
             elif child.running and not child.is_ready:
                 self._ask_whether_ready(child)
-        self._check_health()
+            elif child.running:
+                self._ask_whether_alive(child)
 
     def _restart(self, child: Child) -> None:
         """Start a dead child again; where even that fails, later."""
@@ -149,19 +159,27 @@ class Supervisor:
             child.is_ready = True
             self._report(Event("ready", child.plan.name))
         elif child.age > child.plan.ready_seconds:
+            text = f"{child.plan.name} was not ready after {child.plan.ready_seconds:.0f} s"
+            self._report(Event("note", child.plan.name, f"{text}; it is killed"))
             child.kill_group()
 
-    def _check_health(self) -> None:
-        """Kill ready children that cannot work any more; their death restarts them."""
-        now = time.monotonic()
-        if now < self._next_health:
+    def _ask_whether_alive(self, child: Child) -> None:
+        """Kill a ready child that has been silent for too long; its death restarts it."""
+        if child.plan.ping is None:
             return
-        self._next_health = now + HEALTH_SECONDS
-        for child in self._children:
-            if child.is_ready and child.running and not child.plan.healthy():
-                text = f"{child.plan.name} runs but does not work any more"
-                self._report(Event("note", child.plan.name, text))
-                child.kill_group()
+        name = child.plan.name
+        if name not in self._watches:
+            self._watches[name] = Watch(child.plan.ping, clock=self._clock)
+        if self._watches[name].is_dead():
+            self._end_watch(child)
+            text = f"{name} runs, but has not answered for more than {SILENCE_SECONDS:.0f} s"
+            self._report(Event("note", name, f"{text}; it is killed"))
+            child.kill_group()
+
+    def _end_watch(self, child: Child) -> None:
+        watch = self._watches.pop(child.plan.name, None)
+        if watch is not None:
+            watch.close()
 
     def _pause(self) -> float:
         """How long nothing is due; a signal, such as a child's death, ends the sleep early."""
