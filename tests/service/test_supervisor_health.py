@@ -23,7 +23,7 @@ from service.supervisor.health import (
     SocketPing,
     Watch,
 )
-from service.supervisor.processes import Plan
+from service.supervisor.processes import ChildPlan
 from service.supervisor.supervise import Supervisor
 
 SLEEPER = (sys.executable, "-S", "-c", "import time; time.sleep(600)")
@@ -144,7 +144,7 @@ def run_with(ping: Callable[[], Ping], clock: Clock, tmp_path: Path, *, until: s
         if until in event.text or len(events) > 50:
             os.kill(os.getpid(), signal.SIGINT)
 
-    plan = Plan(
+    plan = ChildPlan(
         name="one", command=SLEEPER, environment=os.environ, log_directory=tmp_path, ping=ping
     )
     Supervisor([plan], report=report, clock=clock).run()
