@@ -38,7 +38,12 @@ class SettingsError(ValueError):
 
 
 def available_processors() -> int:
-    """Processors that this process may use, at least 1."""
+    """Processors that this process may use.
+
+    Returns
+    -------
+    At least 1.
+    """
     try:
         return max(1, len(os.sched_getaffinity(0)))
     except AttributeError:
@@ -125,7 +130,17 @@ class Settings(BaseSettings):
         return url
 
     def queue_name(self, queue: str) -> str:
-        """Name in the broker of one of ``QUEUES``."""
+        """Name of a queue in the broker.
+
+        Parameters
+        ----------
+        queue : str
+            One of ``QUEUES``.
+
+        Returns
+        -------
+        The name with the prefix of the settings.
+        """
         return f"{self.queue_prefix}.{queue}"
 
     @cached_property
@@ -173,6 +188,10 @@ def load_settings(environment: Mapping[str, str] | None = None, **overrides: obj
         Where unknown ``PROTEUS_`` variables are looked for; ``os.environ`` by default.
     **overrides : object
         Values that win over the environment, for example from the command line.
+
+    Returns
+    -------
+    The settings.
 
     Raises
     ------

@@ -27,6 +27,7 @@ from service.query_rows import (
     store_answered,
     store_question,
 )
+from service.received_blobs import keep_received, store_received
 from service.schemas.jobs import answer_job
 from service.schemas.queries import (
     AskedWith,
@@ -48,7 +49,7 @@ from workers.storage.blobs import mesh_key
 from workers.storage.collections import get_collection
 from workers.storage.jobs import ENDED, get_job
 from workers.storage.models import Collection
-from workers.storage.queries import get_query
+from workers.storage.queries import get_query, keep_query, needs_keeping
 
 WAIT_SECONDS = 30
 TEXT_FIELDS = frozenset(MeshQueryForm.model_fields)
@@ -194,8 +195,9 @@ def _accept_mesh(
             )
             answer = answer_question(session, services.indexes, collection, question)
     if known is not None:
-        return query_id or _remember(services, name, asked, file, known), answer
-    services.blobs.put_file(mesh_key(asked.sha256), file.path)
+        return _keep(services, query_id) or _remember(services, name, asked, file, known), answer
+    files = {mesh_key(asked.sha256): file.path}
+    store_received(services.blobs, files)
     with services.database.begin() as session:
         query_id, parts = store_question(
             session,
@@ -203,6 +205,7 @@ def _accept_mesh(
             asked,
             file_name=read_name(file.name).name,
         )
+        keep_received(session, services.blobs, files)
     services.dispatcher.send(parts)
     return query_id, None
 
@@ -211,10 +214,24 @@ def _remember(
     services: Services, name: str, asked: MeshQuestion, file: ReceivedFile, known: bytes
 ) -> str:
     """Store a question that was answered at once, so that its answer can be linked to."""
+    files = {mesh_key(asked.sha256): file.path}
     if not services.blobs.exists(mesh_key(asked.sha256)):
-        services.blobs.put_file(mesh_key(asked.sha256), file.path)
+        store_received(services.blobs, files)
     with services.database.begin() as session:
-        return store_answered(session, get_collection(session, name), asked, known)
+        query_id = store_answered(session, get_collection(session, name), asked, known)
+        keep_received(session, services.blobs, files)
+    return query_id
+
+
+def _keep(services: Services, query_id: str | None) -> str | None:
+    """Return the id of a question that is asked again, if it is still there; it is kept anew."""
+    if query_id is None:
+        return None
+    with services.database.read() as session:
+        if not needs_keeping(session, query_id):
+            return query_id
+    with services.database.begin() as session:
+        return query_id if keep_query(session, query_id) else None
 
 
 async def _answer_when_described(

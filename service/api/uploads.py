@@ -11,6 +11,7 @@ from service.dependencies import CollectionPath, Services, ServicesDep, UploadFo
 from service.forms import is_archive, read_fields
 from service.multipart import FormLimits, ReceivedFile, ReceivedForm, receive_form
 from service.openapi import job_answers, multipart_body, problems
+from service.received_blobs import keep_received, store_received
 from service.schemas.jobs import answer_job
 from service.schemas.shapes import UploadAnswer, UploadFields, answer_shape
 from service.security import WRITES
@@ -97,10 +98,9 @@ def _accept(services: Services, collection: str, form: ReceivedForm) -> Accepted
         raise InvalidRequestError("the form has no files, expected at least one named 'files'")
     archives = [file for file in form.files if is_archive(file.path)]
     meshes = [file for file in form.files if file not in archives]
-    for file in archives:
-        services.blobs.put_file(archive_key(file.sha256), file.path)
-    for file in meshes:
-        services.blobs.put_file(mesh_key(file.sha256), file.path)
+    files = {archive_key(file.sha256): file.path for file in archives}
+    files |= {mesh_key(file.sha256): file.path for file in meshes}
+    store_received(services.blobs, files)
     upload = Upload(
         shapes=tuple(_new_shape(file, fields) for file in meshes),
         archives={file.sha256: read_name(file.name).name for file in archives},
@@ -110,6 +110,7 @@ def _accept(services: Services, collection: str, form: ReceivedForm) -> Accepted
     with services.database.begin() as session:
         row = get_collection(session, collection)
         stored = store_upload(session, row, upload)
+        keep_received(session, services.blobs, files)
     services.dispatcher.send(stored.parts)
     return Accepted(
         collection_id=row.id,

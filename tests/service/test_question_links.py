@@ -1,6 +1,7 @@
 """Every answer to a question asked with a mesh can be linked to."""
 
 import json
+import time
 
 from sqlalchemy import func, select
 
@@ -101,3 +102,23 @@ def test_who_may_only_read_may_ask(zoo: Api, start: Start) -> None:
     api.client.headers["Authorization"] = f"Bearer {token}"
     place, answer = ask(api, CONTENT)
     assert without_time(api.get(place)) == without_time(answer)
+
+
+def test_a_question_that_is_asked_again_is_kept_as_long_as_a_new_one(zoo: Api) -> None:
+    place, _ = ask(zoo, CONTENT)
+    query_id = place.rpartition("/")[2]
+
+    def age(seconds: float) -> None:
+        with zoo.services.database.begin() as session:
+            session.get_one(Query, query_id).created_at = time.time() - seconds
+
+    def made() -> float:
+        with zoo.services.database.read() as session:
+            return session.get_one(Query, query_id).created_at
+
+    age(3600)
+    assert ask(zoo, CONTENT)[0] == place
+    assert made() < time.time() - 3000, "most repetitions write nothing"
+    age(30 * 86_400)
+    assert ask(zoo, CONTENT)[0] == place
+    assert made() > time.time() - 60

@@ -28,6 +28,21 @@ class Counts:
 def create_collection(session: Session, *, name: str, description: str, model: str) -> Collection:
     """Make a collection.
 
+    Parameters
+    ----------
+    session : Session
+        That writes.
+    name : str
+        By which clients find it; no other collection has it.
+    description : str
+        Text for people.
+    model : str
+        Name of the model under which it is searched.
+
+    Returns
+    -------
+    The new row.
+
     Raises
     ------
     NameTakenError, ModelNotFoundError, ModelNotReadyError
@@ -50,7 +65,20 @@ def create_collection(session: Session, *, name: str, description: str, model: s
 
 
 def get_collection(session: Session, name: str, *, lock: bool = False) -> Collection:
-    """Return a collection by its name; ``lock`` holds its row until the commit.
+    """Return a collection by its name.
+
+    Parameters
+    ----------
+    session : Session
+        That reads, or writes if the row is locked.
+    name : str
+        Of the collection.
+    lock : bool
+        Lock its row until the commit.
+
+    Returns
+    -------
+    The row.
 
     Raises
     ------
@@ -65,7 +93,26 @@ def get_collection(session: Session, name: str, *, lock: bool = False) -> Collec
 
 
 def page_of_collections(session: Session, *, limit: int, cursor: str | None) -> Page[Collection]:
-    """Collections by name."""
+    """Collections in the order of their names.
+
+    Parameters
+    ----------
+    session : Session
+        That reads.
+    limit : int
+        At most so many, 1 or more.
+    cursor : str or None
+        ``next_cursor`` of the page before; None for the first page.
+
+    Returns
+    -------
+    A page of rows.
+
+    Raises
+    ------
+    InvalidRequestError
+        The cursor is none that was given.
+    """
     statement = select(Collection).order_by(Collection.name).limit(limit + 1)
     if (after := decode_cursor(cursor)) is not None:
         statement = statement.where(Collection.name > after)
@@ -73,7 +120,19 @@ def page_of_collections(session: Session, *, limit: int, cursor: str | None) -> 
 
 
 def count_shapes(session: Session, collections: Sequence[Collection]) -> Mapping[str, Counts]:
-    """Counts by collection id."""
+    """Count the shapes of some collections.
+
+    Parameters
+    ----------
+    session : Session
+        That reads.
+    collections : sequence of Collection
+        Rows.
+
+    Returns
+    -------
+    Counts by the ids of all of them.
+    """
     ids = [row.id for row in collections]
     shapes = dict(
         session.execute(
@@ -108,19 +167,50 @@ def count_shapes(session: Session, collections: Sequence[Collection]) -> Mapping
 
 
 def models_of(session: Session, collection_id: str) -> set[str]:
-    """Names of the models under which the collection's shapes are described."""
+    """Names of the models under which a collection's shapes are described.
+
+    Parameters
+    ----------
+    session : Session
+        That reads.
+    collection_id : str
+        Id of the collection.
+
+    Returns
+    -------
+    The model that it is searched under, and those that it is being moved to.
+    """
     statement = select(CollectionModel.model).where(CollectionModel.collection_id == collection_id)
     return set(session.scalars(statement))
 
 
 def add_model(session: Session, collection_id: str, model: str) -> None:
-    """From now on describe the collection's shapes under this model too."""
+    """From now on describe the collection's shapes under this model too.
+
+    Parameters
+    ----------
+    session : Session
+        That writes.
+    collection_id : str
+        Id of the collection.
+    model : str
+        Name of the model.
+    """
     if session.get(CollectionModel, (collection_id, model)) is None:
         session.add(CollectionModel(collection_id=collection_id, model=model))
 
 
 def delete_collection(session: Session, name: str) -> None:
-    """Forget a collection, its shapes and their descriptors; waiting work finds nothing to do.
+    """Delete a collection, its shapes and their descriptors; waiting work finds nothing to do.
+
+    What is stored of its meshes goes with the next pruning, unless something else refers to it.
+
+    Parameters
+    ----------
+    session : Session
+        That writes.
+    name : str
+        Of the collection.
 
     Raises
     ------

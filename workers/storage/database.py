@@ -34,13 +34,23 @@ class Database:
 
     @contextmanager
     def begin(self) -> Iterator[Session]:
-        """Open a writing transaction; it commits at the end of the block, or rolls back."""
+        """Open a writing transaction; it commits at the end of the block, or rolls back.
+
+        Yields
+        ------
+        The session. On SQLite no other one writes until the end.
+        """
         with self._writes.begin() as session:
             yield session
 
     @contextmanager
     def read(self) -> Iterator[Session]:
-        """Open a reading transaction; what it would change is never stored, what it read stays."""
+        """Open a reading transaction; what it would change is never stored, what it read stays.
+
+        Yields
+        ------
+        The session.
+        """
         with self._reads() as session:
             yield session
 

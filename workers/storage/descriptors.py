@@ -15,7 +15,17 @@ from workers.storage.models import Collection, Descriptor, QueryDescriptor, Shap
 def store_descriptors(
     session: Session, collection_id: str, rows: Sequence[tuple[str, str, bytes]]
 ) -> None:
-    """Store (shape id, model name, vector) rows under one new change number."""
+    """Store descriptors of shapes under one new change number.
+
+    Parameters
+    ----------
+    session : Session
+        That writes.
+    collection_id : str
+        Id of the shapes' collection.
+    rows : sequence of (str, str, bytes)
+        Shape id, model name, and little-endian float32 bytes of the descriptor.
+    """
     if rows:
         number = next_change(session)
         for shape_id, model, vector in rows:
@@ -33,7 +43,15 @@ def store_descriptors(
 
 
 def forget_shapes(session: Session, shape_ids: Sequence[str]) -> None:
-    """Turn the descriptors of deleted shapes into rows that say so."""
+    """Turn the descriptors of deleted shapes into rows of the change feed that say so.
+
+    Parameters
+    ----------
+    session : Session
+        That writes.
+    shape_ids : sequence of str
+        Ids of the shapes.
+    """
     session.execute(
         update(Descriptor)
         .where(Descriptor.shape_id.in_(shape_ids))
@@ -42,13 +60,37 @@ def forget_shapes(session: Session, shape_ids: Sequence[str]) -> None:
 
 
 def get_vector(session: Session, shape_id: str, model: str) -> bytes | None:
-    """Return the descriptor of a shape under a model, None if there is none."""
+    """Return the descriptor of a shape under a model.
+
+    Parameters
+    ----------
+    session : Session
+        That reads.
+    shape_id : str
+        Id of the shape.
+    model : str
+        Name of the model.
+
+    Returns
+    -------
+    Little-endian float32 bytes; None if there is no descriptor.
+    """
     row = session.get(Descriptor, (shape_id, model))
     return None if row is None else row.vector
 
 
 def is_described(model: str | InstrumentedAttribute[str]) -> ColumnElement[bool]:
-    """SQL that is true for each ``Shape`` with a descriptor under a model."""
+    """SQL that is true for each ``Shape`` with a descriptor under a model.
+
+    Parameters
+    ----------
+    model : str or column
+        Name of the model.
+
+    Returns
+    -------
+    An expression for a statement over ``Shape``.
+    """
     return (
         select(Descriptor.shape_id)
         .where(
@@ -63,9 +105,22 @@ def is_described(model: str | InstrumentedAttribute[str]) -> ColumnElement[bool]
 def undescribed_shapes(
     session: Session, collection: Collection, model: str, *, with_failed: bool
 ) -> list[str]:
-    """Ids of shapes that can be found under the collection's model, but not under this one.
+    """Ids of shapes that can be found under the collection's model, but not under another.
 
-    Those of which something failed count where it is to be tried again, and not where it was.
+    Parameters
+    ----------
+    session : Session
+        That reads.
+    collection : Collection
+        Its row.
+    model : str
+        Name of the other model.
+    with_failed : bool
+        Count those that have an error too: they are to be tried again.
+
+    Returns
+    -------
+    Ids, in order.
     """
     statement = select(Shape.id).where(
         Shape.collection_id == collection.id,
@@ -78,7 +133,21 @@ def undescribed_shapes(
 
 
 def described_shapes(session: Session, collection_id: str, model: str) -> set[str]:
-    """Ids of a collection's shapes that have a descriptor under a model."""
+    """Ids of a collection's shapes that have a descriptor under a model.
+
+    Parameters
+    ----------
+    session : Session
+        That reads.
+    collection_id : str
+        Id of the collection.
+    model : str
+        Name of the model.
+
+    Returns
+    -------
+    A set of ids.
+    """
     statement = select(Descriptor.shape_id).where(
         Descriptor.collection_id == collection_id,
         Descriptor.model == model,
@@ -88,7 +157,17 @@ def described_shapes(session: Session, collection_id: str, model: str) -> set[st
 
 
 def store_query_vectors(session: Session, sha256: str, rows: Iterable[tuple[str, bytes]]) -> None:
-    """Store (model name, vector) rows of a mesh that was asked with, by its content."""
+    """Store descriptors of a query's mesh, by its content.
+
+    Parameters
+    ----------
+    session : Session
+        That writes.
+    sha256 : str
+        Hash of the mesh as it was uploaded.
+    rows : iterable of (str, bytes)
+        Model name and little-endian float32 bytes of the descriptor.
+    """
     for model, vector in rows:
         _upsert(
             session,
@@ -99,7 +178,21 @@ def store_query_vectors(session: Session, sha256: str, rows: Iterable[tuple[str,
 
 
 def get_query_vector(session: Session, sha256: str, model: str) -> bytes | None:
-    """Return the descriptor of a mesh that was asked with, None if there is none yet."""
+    """Return the descriptor of a query's mesh.
+
+    Parameters
+    ----------
+    session : Session
+        That reads.
+    sha256 : str
+        Hash of the mesh as it was uploaded.
+    model : str
+        Name of the model.
+
+    Returns
+    -------
+    Little-endian float32 bytes; None if there is no descriptor yet.
+    """
     row = session.get(QueryDescriptor, (sha256, model))
     return None if row is None else row.vector
 

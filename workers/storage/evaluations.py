@@ -48,7 +48,19 @@ class Census:
 
 
 def take_census(session: Session, collection: Collection) -> Census:
-    """Read what the shapes of a collection are called, and which can be compared."""
+    """Read what the shapes of a collection are called, and which of them can be compared.
+
+    Parameters
+    ----------
+    session : Session
+        That reads.
+    collection : Collection
+        Its row.
+
+    Returns
+    -------
+    All its shapes by what became of them.
+    """
     state = case(
         (is_described(collection.model), "ready"),
         (Shape.error.is_not(None), "failed"),
@@ -84,7 +96,27 @@ def create_evaluation(
     models: Sequence[str],
     dissimilarity: str | None,
 ) -> Evaluation:
-    """Make the row of an evaluation that has no result yet."""
+    """Make the row of an evaluation that has no result yet.
+
+    Parameters
+    ----------
+    session : Session
+        That writes.
+    evaluation_id : str
+        Its new id.
+    job_id : str
+        Id of the job that measures.
+    collection : str
+        Name of the collection.
+    models : sequence of str
+        Names of the models that are compared.
+    dissimilarity : str or None
+        What compares their channels; None for each channel's own.
+
+    Returns
+    -------
+    The new row.
+    """
     row = Evaluation(
         id=evaluation_id,
         job_id=job_id,
@@ -101,6 +133,17 @@ def create_evaluation(
 def get_evaluation(session: Session, evaluation_id: str) -> EvaluationView:
     """Return an evaluation, its ranks too.
 
+    Parameters
+    ----------
+    session : Session
+        That reads.
+    evaluation_id : str
+        Its id.
+
+    Returns
+    -------
+    The row and its state.
+
     Raises
     ------
     EvaluationNotFoundError
@@ -116,7 +159,28 @@ def get_evaluation(session: Session, evaluation_id: str) -> EvaluationView:
 def page_of_evaluations(
     session: Session, *, limit: int, cursor: str | None, collection: str | None = None
 ) -> Page[EvaluationView]:
-    """Evaluations, the newest first; their ranks are not read."""
+    """Evaluations, the newest first; their ranks are not read.
+
+    Parameters
+    ----------
+    session : Session
+        That reads.
+    limit : int
+        At most so many, 1 or more.
+    cursor : str or None
+        ``next_cursor`` of the page before; None for the first page.
+    collection : str, optional
+        Only those of the collection with this name.
+
+    Returns
+    -------
+    A page of rows with their states.
+
+    Raises
+    ------
+    InvalidRequestError
+        The cursor is none that was given.
+    """
     statement = _views().order_by(Evaluation.id.desc()).limit(limit + 1)
     if collection is not None:
         statement = statement.where(Evaluation.collection == collection)
@@ -129,13 +193,35 @@ def page_of_evaluations(
 def finish_evaluation(
     session: Session, evaluation_id: str, *, result: Json, ranks: list[Json]
 ) -> None:
-    """Store what was measured."""
+    """Store what was measured.
+
+    Parameters
+    ----------
+    session : Session
+        That writes.
+    evaluation_id : str
+        Its id; if it is gone, nothing is stored.
+    result : dict
+        The tables, as JSON.
+    ranks : list of dict
+        One entry for each query and model, as JSON.
+    """
     finished = update(Evaluation).where(Evaluation.id == evaluation_id)
     session.execute(finished.values(result=result, ranks=ranks))
 
 
 def rename_in_evaluations(session: Session, collection: str, name: str) -> None:
-    """Follow a collection to its new name."""
+    """Give the evaluations of a collection its new name.
+
+    Parameters
+    ----------
+    session : Session
+        That writes.
+    collection : str
+        The name that it had.
+    name : str
+        The name that it has now.
+    """
     renamed = update(Evaluation).where(Evaluation.collection == collection)
     session.execute(renamed.values(collection=name))
 

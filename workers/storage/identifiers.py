@@ -6,7 +6,12 @@ import uuid
 
 
 def new_id() -> str:
-    """Return a UUIDv7 as 36 characters: milliseconds, their fraction in 12 bits, 62 random bits."""
+    """Make an id (UUIDv7): milliseconds, their fraction in 12 bits, 62 random bits.
+
+    Returns
+    -------
+    36 characters; ids of one machine sort by the time they were made.
+    """
     milliseconds, nanoseconds = divmod(time.time_ns(), 1_000_000)
     fraction = (nanoseconds << 12) // 1_000_000
     random = int.from_bytes(os.urandom(8), "big") & ((1 << 62) - 1)

@@ -27,7 +27,17 @@ ADVISORY_LOCK = 0x50524F54  # one migration at a time on PostgreSQL
 
 
 def migration_config(connection: Connection) -> Config:
-    """Alembic's configuration for one open connection."""
+    """Alembic's configuration for one open connection.
+
+    Parameters
+    ----------
+    connection : Connection
+        The migrations run in its transaction.
+
+    Returns
+    -------
+    The configuration, with the folder of this package's migrations.
+    """
     config = Config()
     config.set_main_option("script_location", str(Path(__file__).parent / "migrations"))
     config.set_main_option("path_separator", "os")
@@ -36,7 +46,15 @@ def migration_config(connection: Connection) -> Config:
 
 
 def migrate_schema(session: Session, revision: str = "head") -> None:
-    """Bring the schema to a revision; on PostgreSQL, one process at a time until the commit."""
+    """Bring the schema to a revision; on PostgreSQL, one process at a time until the commit.
+
+    Parameters
+    ----------
+    session : Session
+        That writes.
+    revision : str
+        Number of a migration, or ``head`` for the newest.
+    """
     connection = session.connection()
     if connection.dialect.name == "postgresql":
         connection.execute(text("SELECT pg_advisory_xact_lock(:n)"), {"n": ADVISORY_LOCK})
@@ -44,7 +62,13 @@ def migrate_schema(session: Session, revision: str = "head") -> None:
 
 
 def migrate(settings: Settings) -> None:
-    """Bring the settings' database to the newest schema, with the built-in models in it."""
+    """Bring the settings' database to the newest schema, with the built-in models in it.
+
+    Parameters
+    ----------
+    settings : Settings
+        They say where the database is and how fine its models' working meshes are.
+    """
     database = Database(settings.resolved_database_url)
     try:
         with database.begin() as session:

@@ -24,12 +24,31 @@ class Page(Generic[Row]):
 
 
 def encode_cursor(key: str) -> str:
-    """Make an opaque cursor of the last row's key."""
+    """Make an opaque cursor of the last row's key.
+
+    Parameters
+    ----------
+    key : str
+        The id or name that the page ends with.
+
+    Returns
+    -------
+    Text that stands in a URL as it is.
+    """
     return base64.urlsafe_b64encode(key.encode()).decode().rstrip("=")
 
 
 def decode_cursor(cursor: str | None) -> str | None:
     """Read a cursor.
+
+    Parameters
+    ----------
+    cursor : str or None
+        What `encode_cursor` gave; None for the first page.
+
+    Returns
+    -------
+    The key after which the page begins; None for the first page.
 
     Raises
     ------
@@ -49,7 +68,21 @@ def decode_cursor(cursor: str | None) -> str | None:
 
 
 def cut_page(rows: Sequence[Row], limit: int, key: Callable[[Row], str]) -> Page[Row]:
-    """Make a page of at most ``limit`` from rows that were read with one more than that."""
+    """Make a page from rows that were read with one more than its limit.
+
+    Parameters
+    ----------
+    rows : sequence
+        At most ``limit + 1`` rows, in the order of the list.
+    limit : int
+        At most so many stand on the page.
+    key : callable
+        From a row to the id or name by which the list is ordered.
+
+    Returns
+    -------
+    The page, with a cursor if there are more rows.
+    """
     if len(rows) <= limit:
         return Page(rows, None)
     return Page(rows[:limit], encode_cursor(key(rows[limit - 1])))

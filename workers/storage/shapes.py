@@ -45,9 +45,21 @@ class ShapeView:
 def create_shape(session: Session, collection_id: str, shape: NewShape) -> tuple[str, bool]:
     """Make a shape, unless the collection has one of the same content.
 
+    Parameters
+    ----------
+    session : Session
+        That writes.
+    collection_id : str
+        Id of the collection.
+    shape : NewShape
+        Content and names.
+
     Returns
     -------
-    Its id, and whether it is new.
+    shape_id : str
+        Id of the new shape, or of the one that was there.
+    created : bool
+        Whether it is new.
     """
     dialect = session.get_bind().dialect.name
     insert = postgresql.insert if dialect == "postgresql" else sqlite.insert
@@ -67,7 +79,12 @@ def create_shape(session: Session, collection_id: str, shape: NewShape) -> tuple
 
 
 def state_of_shape() -> ColumnElement[str]:
-    """SQL expression of the state; needs ``Shape`` joined with ``Collection``."""
+    """SQL expression of the state: ready, failed, processing or queued.
+
+    Returns
+    -------
+    An expression for a statement in which ``Shape`` is joined with ``Collection``.
+    """
     running = select(Part.id).where(Part.shape_id == Shape.id, Part.state == "running").exists()
     return case(
         (is_described(Collection.model), "ready"),  # whatever failed since: it is found
@@ -79,6 +96,17 @@ def state_of_shape() -> ColumnElement[str]:
 
 def get_shape(session: Session, shape_id: str) -> ShapeView:
     """Return a shape.
+
+    Parameters
+    ----------
+    session : Session
+        That reads.
+    shape_id : str
+        Its id.
+
+    Returns
+    -------
+    The row, the name of its collection, and its state.
 
     Raises
     ------
@@ -92,7 +120,19 @@ def get_shape(session: Session, shape_id: str) -> ShapeView:
 
 
 def get_shapes(session: Session, shape_ids: Sequence[str]) -> dict[str, ShapeView]:
-    """Return those of these shapes that exist, by id."""
+    """Return those of some shapes that exist.
+
+    Parameters
+    ----------
+    session : Session
+        That reads.
+    shape_ids : sequence of str
+        Ids, in any number.
+
+    Returns
+    -------
+    Rows with collections and states, by id.
+    """
     found: dict[str, ShapeView] = {}
     for start in range(0, len(shape_ids), 500):
         ids = shape_ids[start : start + 500]
@@ -110,7 +150,32 @@ def page_of_shapes(
     state: str | None = None,
     **equals: str | None,
 ) -> Page[ShapeView]:
-    """Shapes of a collection in the order they came, filtered by state or equal columns."""
+    """Shapes of a collection in the order they came.
+
+    Parameters
+    ----------
+    session : Session
+        That reads.
+    collection_id : str
+        Id of the collection.
+    limit : int
+        At most so many, 1 or more.
+    cursor : str or None
+        ``next_cursor`` of the page before; None for the first page.
+    state : str, optional
+        Only those in this state.
+    **equals : str or None
+        Only those whose columns have these values; None for any.
+
+    Returns
+    -------
+    A page of rows with their states.
+
+    Raises
+    ------
+    InvalidRequestError
+        The cursor is none that was given.
+    """
     statement = _views().where(Shape.collection_id == collection_id)
     for name, value in equals.items():
         if value is not None:
@@ -124,7 +189,16 @@ def page_of_shapes(
 
 
 def delete_shape(session: Session, shape_id: str) -> None:
-    """Forget a shape; its descriptors stay as rows that say it is gone.
+    """Delete a shape; its descriptors stay for a while as rows that say it is gone.
+
+    What is stored of its mesh goes with the next pruning, unless something else refers to it.
+
+    Parameters
+    ----------
+    session : Session
+        That writes.
+    shape_id : str
+        Its id.
 
     Raises
     ------

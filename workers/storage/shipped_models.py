@@ -24,6 +24,10 @@ def shipped_model(*, working_vertices: int = 5000, folder: Path = FOLDER) -> Mod
         Of its views, which are those of the code: a test holds them equal to the file's.
     folder : Path
         Where its file is.
+
+    Returns
+    -------
+    The model as it was trained.
     """
     content = _read(folder / f"{DEFAULT_MODEL}.json")
     names = [view["name"] for view in content["views"]]
@@ -32,23 +36,58 @@ def shipped_model(*, working_vertices: int = 5000, folder: Path = FOLDER) -> Mod
 
 
 def shipped_views(folder: Path = FOLDER) -> list[dict[str, Any]]:
-    """Return the views as they were when the model was trained, as JSON."""
+    """Views of the model `proteus` as they were when it was trained.
+
+    Parameters
+    ----------
+    folder : Path
+        Where its file is.
+
+    Returns
+    -------
+    The views as JSON.
+    """
     views: list[dict[str, Any]] = _read(folder / f"{DEFAULT_MODEL}.json")["views"]
     return views
 
 
 def shipped_report(folder: Path = FOLDER) -> Mapping[str, Any]:
-    """What its training found: rows, ablation, calibration, versions, and how it was made."""
+    """What the training of the model `proteus` found.
+
+    Parameters
+    ----------
+    folder : Path
+        Where its file is.
+
+    Returns
+    -------
+    Rows, ablation, calibration, versions, and how it was made, as JSON.
+    """
     return _read(folder / f"{DEFAULT_MODEL}.report.json")
 
 
 def shipped_training() -> Mapping[str, Any]:
-    """The report as people read it, without the descriptors that tests compare the code with."""
+    """The report as people read it, without the descriptors that tests compare the code with.
+
+    Returns
+    -------
+    What `shipped_report` gives but for its entry ``witnesses``.
+    """
     return {name: value for name, value in shipped_report().items() if name != "witnesses"}
 
 
 def write_shipped(definition: Mapping[str, Any], report: Mapping[str, Any], folder: Path) -> None:
-    """Write a trained bank as the model `proteus`, with its report; the same bytes for the same."""
+    """Write a trained bank as the model `proteus`, with its report; the same bytes for the same.
+
+    Parameters
+    ----------
+    definition : Mapping
+        The trained model as JSON; its name is replaced.
+    report : Mapping
+        What its training found, as JSON.
+    folder : Path
+        Where both files go; made if it is missing.
+    """
     folder.mkdir(parents=True, exist_ok=True)
     model = Model.from_json({**definition, "name": DEFAULT_MODEL})
     for name, content in (("json", model.to_json()), ("report.json", report)):

@@ -22,13 +22,34 @@ from workers.storage.blobs import BlobStore, cleaned_key, spectrum_key
 
 
 def store_cleaned(blobs: BlobStore, sha256: str, mesh: TriangleMesh) -> None:
-    """Keep the cleaned mesh of these bytes."""
+    """Store the cleaned mesh of an upload.
+
+    Parameters
+    ----------
+    blobs : BlobStore
+        Where it goes.
+    sha256 : str
+        Hash of the uploaded bytes.
+    mesh : TriangleMesh
+        The cleaned mesh; its vertices are stored in double precision.
+    """
     faces = mesh.faces.astype(np.int32)
     blobs.put(cleaned_key(sha256), pack({"vertices": mesh.vertices, "faces": faces}))
 
 
 def load_cleaned(blobs: BlobStore, sha256: str) -> TriangleMesh:
-    """Return the cleaned mesh of these bytes.
+    """Return the cleaned mesh of an upload.
+
+    Parameters
+    ----------
+    blobs : BlobStore
+        Where it is.
+    sha256 : str
+        Hash of the uploaded bytes.
+
+    Returns
+    -------
+    The mesh that `store_cleaned` was given, bit for bit.
 
     Raises
     ------
@@ -40,9 +61,23 @@ def load_cleaned(blobs: BlobStore, sha256: str) -> TriangleMesh:
 
 
 def store_solution(blobs: BlobStore, sha256: str, view: View, solution: Solution) -> Solution:
-    """Keep the solution of these bytes under a view; return it as it will be read back.
+    """Store the solution of an upload under a view.
 
-    Its sample is taken of the eigenvectors as they are kept.
+    Parameters
+    ----------
+    blobs : BlobStore
+        Where it goes.
+    sha256 : str
+        Hash of the uploaded bytes, or of a mesh that was made.
+    view : View
+        How the working mesh was prepared.
+    solution : Solution
+        Working mesh and spectrum.
+
+    Returns
+    -------
+    The solution as it will be read back: vertices in single and eigenvectors in half precision,
+    with a sample taken of those.
     """
     mesh, spectrum = solution.mesh, solution.spectrum
     arrays: dict[str, NDArray[Any]] = {
@@ -65,7 +100,20 @@ def store_solution(blobs: BlobStore, sha256: str, view: View, solution: Solution
 
 
 def load_solution(blobs: BlobStore, sha256: str, view: View) -> Solution:
-    """Return the solution of these bytes under a view.
+    """Return the solution of an upload under a view.
+
+    Parameters
+    ----------
+    blobs : BlobStore
+        Where it is.
+    sha256 : str
+        Hash of the uploaded bytes, or of a mesh that was made.
+    view : View
+        How the working mesh was prepared.
+
+    Returns
+    -------
+    What `store_solution` returned.
 
     Raises
     ------

@@ -74,7 +74,12 @@ class StaleFiles:
     before: float
 
     def indexes(self) -> Iterator[Path]:
-        """Cached search indexes of collections or models that are gone, and broken writes."""
+        """Cached search indexes of collections or models that are gone, and broken writes.
+
+        Yields
+        ------
+        Paths of files.
+        """
         with self.database.read() as session:
             collections = session.scalars(select(Collection.id)).all()
             models = [
@@ -86,7 +91,12 @@ class StaleFiles:
                 yield path
 
     def uploads(self) -> Iterator[Path]:
-        """Folders of uploads whose process was killed while it received them."""
+        """Folders of uploads whose process was killed while it received them.
+
+        Returns
+        -------
+        Paths of folders.
+        """
         return self._old(UPLOADS)
 
     def delete(self, path: Path) -> Amount:

@@ -45,7 +45,9 @@ def ensure_models(
     Parameters
     ----------
     session : Session
+        That writes.
     models : iterable of Model
+        All built-in models.
     reports : Mapping
         What the training of those that were trained found, by their names.
     """
@@ -67,6 +69,17 @@ def ensure_models(
 
 def get_model_row(session: Session, name: str) -> TrainedModel:
     """Return the row of a model.
+
+    Parameters
+    ----------
+    session : Session
+        That reads.
+    name : str
+        Of the model.
+
+    Returns
+    -------
+    The row, whatever the model's state.
 
     Raises
     ------
@@ -98,6 +111,17 @@ def model_fingerprint(row: TrainedModel) -> str:
 def load_model(session: Session, name: str) -> Model:
     """Return a model that is ready to describe with.
 
+    Parameters
+    ----------
+    session : Session
+        That reads.
+    name : str
+        Of the model.
+
+    Returns
+    -------
+    The model.
+
     Raises
     ------
     ModelNotFoundError, ModelNotReadyError
@@ -112,7 +136,19 @@ def load_model(session: Session, name: str) -> Model:
 
 
 def model_state(row: TrainedModel, job_state: str | None) -> str:
-    """State of a model: its row is ready, or else its job says how its training stands."""
+    """State of a model: its row is ready, or else its job says how its training stands.
+
+    Parameters
+    ----------
+    row : TrainedModel
+        The row of the model.
+    job_state : str or None
+        State of its job; None if there is no job.
+
+    Returns
+    -------
+    ``ready``, ``training`` or ``failed``.
+    """
     if row.state == READY or job_state is None:
         return row.state
     return TRAINING if job_state in OPEN else FAILED
@@ -120,6 +156,17 @@ def model_state(row: TrainedModel, job_state: str | None) -> str:
 
 def get_model(session: Session, name: str) -> ModelView:
     """Return a model and its state.
+
+    Parameters
+    ----------
+    session : Session
+        That reads.
+    name : str
+        Of the model.
+
+    Returns
+    -------
+    The row and the state.
 
     Raises
     ------
@@ -133,7 +180,20 @@ def get_model(session: Session, name: str) -> ModelView:
 
 
 def get_training(session: Session, name: str, *, job_id: str) -> TrainedModel:
-    """Return the row of a model that a job trains; it is held until the commit.
+    """Return the row of a model that a job trains; it is locked until the commit.
+
+    Parameters
+    ----------
+    session : Session
+        That writes.
+    name : str
+        Of the model.
+    job_id : str
+        Id of the job.
+
+    Returns
+    -------
+    The row.
 
     Raises
     ------
@@ -147,7 +207,26 @@ def get_training(session: Session, name: str, *, job_id: str) -> TrainedModel:
 
 
 def page_of_models(session: Session, *, limit: int, cursor: str | None) -> Page[ModelView]:
-    """Models by name."""
+    """Models in the order of their names.
+
+    Parameters
+    ----------
+    session : Session
+        That reads.
+    limit : int
+        At most so many, 1 or more.
+    cursor : str or None
+        ``next_cursor`` of the page before; None for the first page.
+
+    Returns
+    -------
+    A page of rows with their states.
+
+    Raises
+    ------
+    InvalidRequestError
+        The cursor is none that was given.
+    """
     statement = select(TrainedModel, Job.state).outerjoin(Job, Job.id == TrainedModel.job_id)
     statement = statement.order_by(TrainedModel.name).limit(limit + 1)
     if (after := decode_cursor(cursor)) is not None:
@@ -158,6 +237,13 @@ def page_of_models(session: Session, *, limit: int, cursor: str | None) -> Page[
 
 def require_free_name(session: Session, name: str) -> None:
     """Refuse the name of a model that is there, in training, or failed to be trained.
+
+    Parameters
+    ----------
+    session : Session
+        That reads.
+    name : str
+        That a new model is to have.
 
     Raises
     ------
@@ -180,6 +266,25 @@ def create_model(
     session: Session, *, name: str, method: str, state: str, definition: Json, job_id: str
 ) -> TrainedModel:
     """Make a model that is ready, or that a job trains.
+
+    Parameters
+    ----------
+    session : Session
+        That writes.
+    name : str
+        No other model has it.
+    method : str
+        How it describes shapes, or how it is trained.
+    state : str
+        ``ready`` or ``training``.
+    definition : dict
+        The model as JSON; in training, what was asked for.
+    job_id : str
+        Id of the job that trains it, or that has made it.
+
+    Returns
+    -------
+    The new row.
 
     Raises
     ------
@@ -205,7 +310,14 @@ def create_model(
 
 
 def delete_model(session: Session, name: str) -> None:
-    """Forget a model and the descriptors under it.
+    """Delete a model and the descriptors under it.
+
+    Parameters
+    ----------
+    session : Session
+        That writes.
+    name : str
+        Of the model.
 
     Raises
     ------

@@ -88,21 +88,43 @@ class Unused:
     after: str = ""
 
     def archives(self) -> Iterator[Found]:
-        """Zips of which no part will be unpacked any more."""
+        """Zips of which no part will be unpacked any more.
+
+        Yields
+        ------
+        Folder after folder.
+        """
         return self._unreferred(ARCHIVES)
 
     def meshes(self) -> Iterator[Found]:
-        """Uploaded meshes without shape, query or work."""
+        """Uploaded meshes without shape, query or work.
+
+        Yields
+        ------
+        Folder after folder.
+        """
         return self._unreferred(MESHES)
 
     def computed(self) -> Iterator[Found]:
-        """Cleaned meshes, spectra and thumbnails of uploads without shape, query or work."""
+        """Cleaned meshes, spectra and thumbnails of uploads without shape, query or work.
+
+        Yields
+        ------
+        Folder after folder.
+        """
         yield from self._unreferred(CLEANED)
         yield from self._unreferred(SPECTRA, uploaded=True)
         yield from self._unreferred(THUMBNAILS)
 
     def training(self) -> Iterator[Found]:
-        """What trainings computed of pairs and copies; nothing while a training is at work."""
+        """What trainings computed of pairs and copies; nothing while a training is at work.
+
+        What is missing later is computed again, so its rows are not looked at.
+
+        Yields
+        ------
+        Folder after folder.
+        """
         with self.database.read() as session:
             at_work = select(Job.id).where(Job.kind == "train", Job.state.in_(OPEN))
             if session.scalar(at_work.limit(1)) is not None:
@@ -112,7 +134,12 @@ class Unused:
         yield from (Found(folder, self._old(folder)) for folder in self._folders("variants"))
 
     def evaluations(self) -> Iterator[Found]:
-        """What an evaluation kept for itself and that no retry of it will read."""
+        """What an evaluation kept for itself and that no retry of it will read.
+
+        Yields
+        ------
+        Folder after folder.
+        """
         for folder in self._folders(EVALUATIONS):
             with self.database.read() as session:
                 needed = _is_unfinished(session, folder.rpartition("/")[2])
