@@ -101,7 +101,3 @@ class InsufficientTrainingDataError(ConflictError):
 
 class SpectrumError(ProteusError):
     """The eigenpairs could not be computed, or not be certified."""
-
-
-class IncompletePartsError(ProteusError):
-    """A fan-in ran before all of its parts were stored; it is retried."""

@@ -5,9 +5,8 @@ from functools import partial
 
 import pytest
 
-from tests.pipeline.evaluations import BENCHMARK, Zoo, fake_descriptor
+from tests.pipeline.evaluations import BENCHMARK, Zoo
 from tests.pipeline.uploads import Upload, store_upload
-from workers.pipeline import redescribe as redescribe_module
 from workers.pipeline.work import run_pending
 from workers.settings import Settings
 from workers.storage.blobs import BlobStore
@@ -37,17 +36,8 @@ def work(database: Database, blobs: BlobStore, settings: Settings) -> Callable[[
 
 
 @pytest.fixture
-def park(
-    database: Database,
-    blobs: BlobStore,
-    settings: Settings,
-    zoo: str,
-    monkeypatch: pytest.MonkeyPatch,
-) -> Zoo:
-    """The small benchmark, described under heat; other descriptors are made up when asked for."""
-    monkeypatch.setattr(
-        redescribe_module, "_describe_shape", lambda _, shape, model: fake_descriptor(shape, model)
-    )
+def park(database: Database, blobs: BlobStore, settings: Settings, zoo: str) -> Zoo:
+    """The small benchmark, described under heat; other descriptors are made up when needed."""
     park = Zoo(database, blobs, settings)
     park.add(*BENCHMARK)
     return park

@@ -1,6 +1,8 @@
 """A small benchmark of shapes whose descriptors are made up, and its evaluations."""
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from functools import partial
 from hashlib import sha256
 from pathlib import Path
 from typing import Any
@@ -16,6 +18,9 @@ from workers.pipeline.evaluation_plan import (
     plan_evaluation,
     store_frame,
 )
+from workers.pipeline.outcome import Verb
+from workers.pipeline.redescribe import redescribe
+from workers.pipeline.verbs import VERBS
 from workers.pipeline.work import run_part, run_pending
 from workers.pipeline.workbench import Workbench
 from workers.retrieval.builtin import built_in_models
@@ -57,13 +62,30 @@ def fake_descriptor(shape: Shape, model: Model) -> Float32Array:
     return described
 
 
+def fake_description(_: Workbench, shape: Shape, model: Model) -> Float32Array:
+    """In the place of what is computed from spectra."""
+    return fake_descriptor(shape, model)
+
+
+DESCRIBED_BY_NAME: Mapping[str, Verb] = {
+    **VERBS,
+    "describe": partial(redescribe, describe_shape=fake_description),
+}
+"""All verbs, but descriptors are made up."""
+
+
 @dataclass
 class Zoo:
-    """A collection of shapes whose descriptors are made up, and the worker at hand."""
+    """A collection of shapes whose descriptors are made up, and a worker."""
 
     database: Database
     blobs: BlobStore
     settings: Settings
+    verbs: Mapping[str, Verb] = field(default_factory=lambda: DESCRIBED_BY_NAME)
+
+    def with_verb(self, kind: str, verb: Verb) -> "Zoo":
+        """The same with another verb for a kind of part."""
+        return replace(self, verbs={**self.verbs, kind: verb})
 
     def add(self, *names: str, described: bool = True) -> list[str]:
         with self.database.begin() as session:
@@ -90,7 +112,7 @@ class Zoo:
         return evaluation_id, job.id
 
     def work(self) -> int:
-        return run_pending(self.database, self.blobs, self.settings)
+        return run_pending(self.database, self.blobs, self.settings, verbs=self.verbs)
 
     @property
     def bench(self) -> Workbench:
@@ -102,7 +124,7 @@ class Zoo:
             return [(row.id, row.kind) for row in session.execute(waiting.order_by(Part.id))]
 
     def run(self, part_id: str) -> None:
-        run_part(self.bench, part_id, message="m")
+        run_part(self.bench, part_id, message="m", verbs=self.verbs)
 
     def job(self, job_id: str) -> Job:
         with self.database.read() as session:

@@ -1,6 +1,7 @@
 """Evaluations from the request to the tables, whatever happens in between; on both databases."""
 
 import json
+from functools import partial
 
 import pytest
 from numpy.testing import assert_allclose
@@ -17,8 +18,8 @@ from workers.errors import (
     SpectrumError,
 )
 from workers.geometry.arrays import Float32Array
-from workers.pipeline import plans as plans_module
-from workers.pipeline import redescribe as redescribe_module
+from workers.pipeline.evaluate import evaluate
+from workers.pipeline.redescribe import redescribe
 from workers.pipeline.workbench import Workbench
 from workers.retrieval.model import Model
 from workers.settings import Settings
@@ -68,7 +69,7 @@ def test_the_collection_does_not_follow_the_models(park: Zoo) -> None:
 
 
 def test_a_shape_that_cannot_be_described_is_left_out_for_all_models_and_stays_ready(
-    park: Zoo, monkeypatch: pytest.MonkeyPatch
+    park: Zoo,
 ) -> None:
     with park.database.read() as session:
         bad = session.scalars(select(Shape).where(Shape.name == "dog.all.2.off")).one()
@@ -78,10 +79,8 @@ def test_a_shape_that_cannot_be_described_is_left_out_for_all_models_and_stays_r
             raise SpectrumError("made to fail")
         return fake_descriptor(shape, model)
 
-    with monkeypatch.context() as patch:
-        patch.setattr(redescribe_module, "_describe_shape", fail_for_bad)
-        evaluation, job = park.ask("heat", "commute-time")
-        park.work()
+    evaluation, job = park.ask("heat", "commute-time")
+    park.with_verb("describe", partial(redescribe, describe_shape=fail_for_bad)).work()
     result, _ = park.result(evaluation)
     assert_same(result, expected_result(park, "heat", "commute-time", without=bad.id))
     assert result["n_queries"] == 17
@@ -110,10 +109,10 @@ def test_failed_shapes_and_lonely_queries_are_named(park: Zoo) -> None:
     assert result["skipped"][0]["shapes"][0]["name"] == "cow.off"
 
 
-def test_queries_are_asked_some_at_a_time(park: Zoo, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_queries_are_ranked_some_at_a_time(park: Zoo) -> None:
     whole, _ = park.ask("heat", "commute-time")
     park.work()
-    monkeypatch.setattr(plans_module, "QUERIES_A_PART", 7)
+    park = park.with_verb("evaluate", partial(evaluate, queries_a_part=7))
     evaluation, job = park.ask("heat", "commute-time")
     while "rank" not in dict((kind, part) for part, kind in park.queued(job)):
         park.run(park.queued(job)[0][0])

@@ -17,11 +17,9 @@ from workers.errors import (
     ModelNotReadyError,
     ShapeNotReadyError,
 )
-from workers.geometry.arrays import Float32Array
-from workers.pipeline import rank as rank_module
-from workers.pipeline import redescribe as redescribe_module
-from workers.pipeline import work as work_module
+from workers.pipeline.outcome import Outcome
 from workers.pipeline.plans import ingest_part, unpack_part
+from workers.pipeline.work import run_claim
 from workers.settings import Settings
 from workers.storage.blobs import BlobStore
 from workers.storage.collections import (
@@ -36,25 +34,22 @@ from workers.storage.shapes import delete_shape
 from workers.storage.trained_models import delete_model
 
 
-def test_what_failed_is_tried_again_and_gives_the_same_result(
-    park: Zoo, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_what_failed_is_tried_again_and_gives_the_same_result(park: Zoo) -> None:
     undisturbed, _ = park.ask("heat", "commute-time")
     park.work()
     calls = []
 
-    def broken(*arguments: Any, **_: Any) -> None:
+    def broken(*arguments: Any) -> Outcome:
         calls.append(arguments)
         raise ZeroDivisionError
 
-    with monkeypatch.context() as patch:
-        patch.setattr(rank_module, "rank_queries", broken)
-        evaluation, job = park.ask("heat", "commute-time")
-        park.work()
+    evaluation, job = park.ask("heat", "commute-time")
+    park.with_verb("rank", broken).work()
     assert len(calls) == 6  # each model three times
     assert park.view(evaluation).state == "failed"
     errors = park.job(job).errors
     assert [error["type"] for error in errors] == ["internal-error"] * 2 + ["conflict"]
+    assert [error["item"] for error in errors] == ["heat", "commute-time", "evaluate"]
     with park.database.begin() as session:
         retry_job(session, job)
     assert park.view(evaluation).state == "queued"
@@ -68,18 +63,14 @@ def test_what_failed_is_tried_again_and_gives_the_same_result(
     assert park.job(job).errors == []
 
 
-def test_a_lost_description_is_no_reason_to_compare_fewer_shapes(
-    park: Zoo, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_lost_description_is_no_reason_to_compare_fewer_shapes(park: Zoo) -> None:
     """What a shape cannot help, a database that was away, fails the job until it is retried."""
 
-    def broken(*_: Any) -> Float32Array:
+    def broken(*_: Any) -> Outcome:
         raise ZeroDivisionError
 
-    with monkeypatch.context() as patch:
-        patch.setattr(redescribe_module, "_describe_shape", broken)
-        evaluation, job = park.ask("biharmonic")
-        park.work()
+    evaluation, job = park.ask("biharmonic")
+    park.with_verb("describe", broken).work()
     assert park.view(evaluation).state == "failed"
     with park.database.begin() as session:
         retry_job(session, job)
@@ -196,7 +187,7 @@ def test_a_worker_that_lost_its_lease_stores_nothing(park: Zoo) -> None:
     assert [claim.kind for claim in stale if claim] == ["evaluate", "rank", "evaluate"]
     for claim in stale:
         assert claim is not None
-        assert work_module._run_claim(park.bench, claim) == "lost"
+        assert run_claim(park.bench, claim) == "lost"
     assert park.result(evaluation) == expected
     assert park.job(job).state == "succeeded"
 

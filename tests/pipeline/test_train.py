@@ -2,8 +2,9 @@
 
 import random
 import shutil
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -12,23 +13,28 @@ from numpy.testing import assert_allclose
 from sqlalchemy import select
 
 from tests.pipeline.trainings import (
-    CREATURES,
     begin_training,
     definition,
     job_row,
+    plan,
     small_bench,
     state,
+    stored_at,
     work,
 )
-from workers.errors import ConflictError, NameTakenError, ProteusError, SpectrumError
-from workers.geometry.arrays import IntArray
-from workers.geometry.solution import Solution
-from workers.pipeline import pair as pair_module
-from workers.pipeline import solve as solve_module
-from workers.pipeline.pair import learnt_from
+from workers.errors import BlobNotFoundError, ConflictError, NameTakenError, SpectrumError
+from workers.pipeline.outcome import Verb
+from workers.pipeline.pair import (
+    Learnt,
+    compute_pair,
+    learnt_from,
+    measure_pair,
+    points_of_pair,
+)
 from workers.pipeline.plans import add_untrained
 from workers.pipeline.training_pairs import Pair
 from workers.pipeline.training_parts import PAIR, load_kept
+from workers.pipeline.verbs import VERBS
 from workers.pipeline.work import run_part
 from workers.pipeline.workbench import Workbench
 from workers.retrieval.builtin import built_in_models
@@ -39,7 +45,6 @@ from workers.storage.migrate import migrate
 from workers.storage.models import Part
 from workers.storage.parts import Failure
 from workers.storage.trained_models import delete_model, load_model
-from workers.training.correspondence import CorrespondingPoints, Solved, corresponding_points
 
 N_PAIRS = 6
 
@@ -79,19 +84,15 @@ def forget_pairs(bench: Workbench) -> None:
     shutil.rmtree(bench.settings.data_path / "blobs" / "pairs")
 
 
-def fail_pairs(
-    monkeypatch: pytest.MonkeyPatch, bench: Workbench, error: Exception, *words: str
-) -> None:
-    """Let the pairs whose name has one of these words fail."""
-    forget_pairs(bench)
-    learn_from = pair_module._learn_from
+def failing(error: Exception, *words: str) -> Mapping[str, Verb]:
+    """Verbs with which the pairs fail whose name has one of these words."""
 
-    def fail(bench: Workbench, pair: Pair) -> pair_module.Learnt:
+    def fail(bench: Workbench, pair: Pair) -> Learnt:
         if any(word in pair.item for word in words):
             raise error
-        return learn_from(bench, pair)
+        return measure_pair(bench, pair)
 
-    monkeypatch.setattr(pair_module, "_learn_from", fail)
+    return {**VERBS, "pair": partial(compute_pair, measure=fail)}
 
 
 def test_a_training_ends_with_a_model_that_is_ready(bench: Workbench) -> None:
@@ -126,19 +127,18 @@ def test_any_order_of_parts_gives_the_same_bytes(empty: Workbench, bench: Workbe
 
 
 def test_a_second_training_on_the_same_shapes_solves_nothing_again(
-    bench: Workbench, monkeypatch: pytest.MonkeyPatch
+    bench: Workbench,
 ) -> None:
-    def no_solve(*_: object) -> Solution:
-        raise AssertionError("solved again")
-
-    monkeypatch.setattr(solve_module, "solve", no_solve)
+    spectra = stored_at(bench, "spectra")
     begin_training(bench, "kernels", criterion="kernel")  # other moments of the same spectra
     assert work(bench) == ["pair"] * N_PAIRS + ["fit"]
     assert definition(bench, "kernels")["training"]["n_pairs"] == N_PAIRS
-    monkeypatch.setattr(pair_module, "corresponding_points", no_solve)
+    moments = stored_at(bench, "pairs")
     begin_training(bench, "gridded", method="grid")  # another method on the same moments
     begin_training(bench, "timed", method="heat-time")
     work(bench)
+    assert len(moments) == 2 * N_PAIRS
+    assert (stored_at(bench, "spectra"), stored_at(bench, "pairs")) == (spectra, moments)
     report = definition(bench, "timed")["training"]
     assert report["heat_time"] == definition(bench, "gridded")["training"]["heat_time"]
     assert definition(bench, "timed")["channels"][0]["kernel"] == {
@@ -147,12 +147,10 @@ def test_a_second_training_on_the_same_shapes_solves_nothing_again(
     }
 
 
-def test_a_pair_that_fails_by_itself_is_named_and_the_rest_goes_on(
-    bench: Workbench, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    fail_pairs(monkeypatch, bench, SpectrumError("no eigenpairs"), "human 0 noise")
+def test_a_pair_that_fails_by_itself_is_named_and_the_rest_goes_on(bench: Workbench) -> None:
+    forget_pairs(bench)
     job = begin_training(bench, "less")
-    work(bench)
+    work(bench, verbs=failing(SpectrumError("no eigenpairs"), "human 0 noise"))
     row = job_row(bench, job)
     assert (row.state, row.done, row.failed) == ("succeeded", 6, 1)
     named = {"item": "human 0 noise 3", "type": "spectrum", "detail": "no eigenpairs"}
@@ -161,12 +159,10 @@ def test_a_pair_that_fails_by_itself_is_named_and_the_rest_goes_on(
     assert (report["n_pairs"], report["failed_pairs"]) == (5, [named])
 
 
-def test_too_few_pairs_fail_the_training_and_leave_no_model(
-    bench: Workbench, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    fail_pairs(monkeypatch, bench, SpectrumError("no eigenpairs"), " 0 ")
+def test_too_few_pairs_fail_the_training_and_leave_no_model(bench: Workbench) -> None:
+    forget_pairs(bench)
     job = begin_training(bench, "none")
-    work(bench)
+    work(bench, verbs=failing(SpectrumError("no eigenpairs"), " 0 "))
     row = job_row(bench, job)
     assert (row.state, state(bench, "none")) == ("failed", "failed")
     assert row.errors[-1]["type"] == "insufficient-training-data"
@@ -176,16 +172,15 @@ def test_too_few_pairs_fail_the_training_and_leave_no_model(
 
 
 def test_lost_pairs_fail_the_training_and_a_retry_gives_the_undisturbed_model(
-    bench: Workbench, monkeypatch: pytest.MonkeyPatch
+    bench: Workbench,
 ) -> None:
     """Were it fitted without them, the model would depend on which worker died when."""
     with bench.database.begin() as session:
         session.query(Part).delete()
     expected = definition(bench, "first")
-    with monkeypatch.context() as patch:
-        fail_pairs(patch, bench, MemoryError(), "human 0 noise")
-        job = begin_training(bench, "again")
-        work(bench)
+    forget_pairs(bench)
+    job = begin_training(bench, "again")
+    work(bench, verbs=failing(MemoryError(), "human 0 noise"))
     row = job_row(bench, job)
     assert (row.state, state(bench, "again")) == ("failed", "failed")
     assert [error["type"] for error in row.errors] == ["internal-error", "model-not-ready"]
@@ -235,6 +230,24 @@ def test_pairs_of_which_nothing_is_stored_are_computed_again(bench: Workbench) -
     assert {**definition(bench, "again"), "name": "first"} == definition(bench, "first")
 
 
+def test_a_pair_that_is_computed_again_is_not_counted_as_failed_before(bench: Workbench) -> None:
+    """It failed once; then nothing was stored of any pair, and it failed again or did not."""
+    for verbs, failed in ((failing(SpectrumError("no eigenpairs"), "noise"), 3), (VERBS, 0)):
+        forget_pairs(bench)
+        job = begin_training(bench, f"failed-{failed}")
+        with bench.database.read() as session:
+            pairs = session.scalars(select(Part.id).where(Part.state == "queued")).all()
+        for part in pairs:
+            run_part(
+                bench, part, message=part, verbs=failing(SpectrumError("no eigenpairs"), "noise")
+            )
+        assert job_row(bench, job).failed == 3
+        forget_pairs(bench)
+        assert work(bench, verbs=verbs) == ["fit", *["pair"] * N_PAIRS, "fit"]
+        row = job_row(bench, job)
+        assert (row.done, row.failed, len(row.errors)) == (N_PAIRS, failed, failed)
+
+
 def test_a_model_that_was_deleted_is_not_brought_back_by_a_retry(bench: Workbench) -> None:
     job = begin_training(bench, "gone")
     with bench.database.begin() as session:
@@ -249,27 +262,15 @@ def test_a_model_that_was_deleted_is_not_brought_back_by_a_retry(bench: Workbenc
     assert definition(bench, "gone")["method"] == other.method
 
 
-def test_points_of_a_scaled_creature_correspond_exactly(
-    bench: Workbench, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_points_of_a_scaled_creature_correspond_exactly(bench: Workbench) -> None:
     """φ of αX is φ/α, at the same points up to the precision in which eigenvectors are stored."""
-    found: list[CorrespondingPoints] = []
-
-    def keep(first: Solved, second: Solved, origin: IntArray) -> CorrespondingPoints:
-        found.append(corresponding_points(first, second, origin))
-        return found[-1]
-
-    monkeypatch.setattr(pair_module, "corresponding_points", keep)
-    forget_pairs(bench)
-    begin_training(bench, "scaled", CREATURES)
-    work(bench)
-    with bench.database.read() as session:
-        payloads = session.query(Part).filter(Part.kind == "pair").all()
-    scales = [Pair.from_payload(part.payload) for part in payloads[-N_PAIRS::2]]
-    for pair, points in zip(scales, found[::2], strict=True):
+    scales = [pair for pair in plan(bench) if " scale " in pair.item]
+    assert len(scales) == N_PAIRS // 2
+    for pair in scales:
         kept = load_kept(bench, PAIR, pair)
         assert not isinstance(kept, Failure)
         learnt = learnt_from(kept)
+        points = points_of_pair(bench, pair)
         ratio = learnt.moments.transformed_area / learnt.moments.area
         assert_allclose(
             learnt.moments.eigenvalues, learnt.moments.transformed_eigenvalues, rtol=0.05
@@ -284,16 +285,9 @@ def test_errors_say_what_was_found(bench: Workbench) -> None:
     """A blob that is gone is no reason of the pair's own: the training waits for a retry."""
     job = begin_training(bench, "broken")
     forget_pairs(bench)
-    shutil.rmtree(bench.settings.data_path / "blobs" / "spectra")
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(pair_module, "_learn_from", _no_blob)
-        work(bench)
-    assert {error["type"] for error in job_row(bench, job).errors} == {"blob", "model-not-ready"}
+    work(bench, verbs=failing(BlobNotFoundError("the store is gone"), ""))
+    assert {error["type"] for error in job_row(bench, job).errors} == {
+        "blob-not-found",
+        "model-not-ready",
+    }
     assert state(bench, "broken") == "failed"
-
-
-def _no_blob(bench: Workbench, pair: Pair) -> pair_module.Learnt:
-    class BlobError(ProteusError):
-        pass
-
-    raise BlobError("the store is gone")

@@ -2,7 +2,8 @@
 
 import random
 import shutil
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -24,13 +25,15 @@ from workers.errors import (
     InvalidRequestError,
     ProteusError,
 )
-from workers.geometry.mesh import TriangleMesh
-from workers.pipeline import variant as variant_module
+from workers.geometry.arrays import Float32Array
 from workers.pipeline.bank_plan import DEFAULT_CREATURES
+from workers.pipeline.outcome import Verb
 from workers.pipeline.train_bank import bank_shapes
 from workers.pipeline.training_pairs import CreatureSource
 from workers.pipeline.training_plan import TrainingRequest
 from workers.pipeline.training_variants import Variant
+from workers.pipeline.variant import compute_variant, describe_variant
+from workers.pipeline.verbs import VERBS
 from workers.pipeline.work import run_part
 from workers.pipeline.workbench import Workbench
 from workers.storage.jobs import cancel_job, retry_job
@@ -69,16 +72,15 @@ def forget_variants(bench: Workbench) -> None:
     shutil.rmtree(bench.settings.data_path / "blobs" / "variants")
 
 
-def fail_variants(monkeypatch: pytest.MonkeyPatch, error: Exception, *words: str) -> None:
-    """Let the variants whose name has one of these words fail."""
-    mesh_of = variant_module._mesh_of
+def failing(error: Exception, *words: str) -> Mapping[str, Verb]:
+    """Verbs with which the variants fail whose name has one of these words."""
 
-    def fail(bench: Workbench, variant: Variant) -> TriangleMesh:
+    def fail(bench: Workbench, variant: Variant) -> Float32Array:
         if any(word in variant.item for word in words):
             raise error
-        return mesh_of(bench, variant)
+        return describe_variant(bench, variant)
 
-    monkeypatch.setattr(variant_module, "_mesh_of", fail)
+    return {**VERBS, "variant": partial(compute_variant, compute=fail)}
 
 
 # -- the plan ---------------------------------------------------------------------------------
@@ -202,21 +204,19 @@ def test_any_order_of_parts_gives_the_same_bytes(bench: Workbench, tmp_path: Pat
 
 
 def test_a_second_training_on_the_same_shapes_describes_nothing_again(
-    bench: Workbench, monkeypatch: pytest.MonkeyPatch
+    bench: Workbench,
 ) -> None:
-    fail_variants(monkeypatch, AssertionError("made again"), "")
     begin_bank(bench, "smaller", CREATURES, channels=4)
-    work(bench)
+    work(bench, verbs=failing(AssertionError("made again"), ""))
     assert len(definition(bench, "smaller")["channels"]) == 4
 
 
 def test_a_variant_that_fails_by_itself_is_named_and_the_rest_goes_on(
-    bench: Workbench, monkeypatch: pytest.MonkeyPatch
+    bench: Workbench,
 ) -> None:
     forget_variants(bench)
-    fail_variants(monkeypatch, InvalidMeshError("it is torn"), "human 0 noise")
     job = begin_bank(bench, "less", CREATURES)
-    work(bench)
+    work(bench, verbs=failing(InvalidMeshError("it is torn"), "human 0 noise"))
     row = job_row(bench, job)
     named = {"item": "human 0 noise 2", "type": "invalid-mesh", "detail": "it is torn"}
     assert (row.state, row.done, row.failed, row.errors) == ("succeeded", N_VARIANTS, 1, [named])
@@ -232,12 +232,11 @@ def test_a_variant_that_fails_by_itself_is_named_and_the_rest_goes_on(
     ],
 )
 def test_too_few_variants_fail_the_training_and_leave_no_model(
-    bench: Workbench, monkeypatch: pytest.MonkeyPatch, words: tuple[str, ...], reason: str
+    bench: Workbench, words: tuple[str, ...], reason: str
 ) -> None:
     forget_variants(bench)
-    fail_variants(monkeypatch, InvalidMeshError("it is torn"), *words)
     job = begin_bank(bench, "none", CREATURES)
-    work(bench)
+    work(bench, verbs=failing(InvalidMeshError("it is torn"), *words))
     row = job_row(bench, job)
     assert (row.state, state(bench, "none")) == ("failed", "failed")
     assert row.errors[-1]["type"] == "insufficient-training-data"
@@ -245,16 +244,14 @@ def test_too_few_variants_fail_the_training_and_leave_no_model(
 
 
 def test_lost_variants_fail_the_training_and_a_retry_gives_the_undisturbed_model(
-    bench: Workbench, monkeypatch: pytest.MonkeyPatch
+    bench: Workbench,
 ) -> None:
     with bench.database.begin() as session:
         session.query(Part).delete()
     expected = definition(bench, "first")
     forget_variants(bench)
-    with monkeypatch.context() as patch:
-        fail_variants(patch, MemoryError(), "human 0 noise")
-        job = begin_bank(bench, "again", CREATURES)
-        work(bench)
+    job = begin_bank(bench, "again", CREATURES)
+    work(bench, verbs=failing(MemoryError(), "human 0 noise"))
     row = job_row(bench, job)
     assert (row.state, state(bench, "again")) == ("failed", "failed")
     assert [error["type"] for error in row.errors] == ["internal-error", "model-not-ready"]

@@ -2,18 +2,20 @@
 
 import io
 import zipfile
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from functools import partial
 from hashlib import sha256
 
-import pytest
 from sqlalchemy import select
 
 from tests.pipeline.uploads import Upload, potato
 from workers.errors import SpectrumError
 from workers.geometry.arrays import Float32Array
-from workers.pipeline import redescribe as redescribe_module
-from workers.pipeline import work as work_module
+from workers.pipeline.outcome import Outcome, Verb
 from workers.pipeline.plans import plan_activation, query_part, unpack_part
+from workers.pipeline.redescribe import describe_stored, redescribe
+from workers.pipeline.unpack import unpack
+from workers.pipeline.verbs import VERBS
 from workers.pipeline.work import run_part, run_pending
 from workers.pipeline.workbench import Workbench
 from workers.retrieval.model import Model
@@ -34,6 +36,7 @@ from workers.storage.database import Database
 from workers.storage.descriptors import get_query_vector, get_vector
 from workers.storage.jobs import create_job, get_job
 from workers.storage.models import Part, Shape
+from workers.storage.parts import Claim
 from workers.storage.shapes import ShapeView, delete_shape, get_shape, page_of_shapes
 
 Work = Callable[[], int]
@@ -134,28 +137,25 @@ def test_a_collection_moves_when_all_is_described_and_uploads_meanwhile_are_unde
 
 
 def test_a_shape_that_cannot_be_described_anew_is_found_as_long_as_it_has_a_descriptor(
-    database: Database, zoo: str, upload: Upload, work: Work, monkeypatch: pytest.MonkeyPatch
+    database: Database, blobs: BlobStore, settings: Settings, zoo: str, upload: Upload, work: Work
 ) -> None:
     """State and search never disagree: before the move, after it, back again, and retried."""
     _, (bad, good) = upload(zoo, potato(5), potato(6))
     work()
 
-    def move(model: str) -> None:
+    def move(model: str, verbs: Mapping[str, Verb] = VERBS) -> None:
         with database.begin() as session:
             plan_activation(session, zoo, model)
         assert shape(database, bad).state == before
-        work()
+        run_pending(database, blobs, settings, verbs=verbs)
 
     def fail_for_bad(bench: Workbench, row: Shape, model: Model) -> Float32Array:
         if row.id == bad:
             raise SpectrumError("made to fail")
-        return describe_shape(bench, row, model)
+        return describe_stored(bench, row, model)
 
-    describe_shape = redescribe_module._describe_shape
-    with monkeypatch.context() as patch:
-        patch.setattr(redescribe_module, "_describe_shape", fail_for_bad)
-        before = "ready"
-        move("biharmonic")
+    before = "ready"
+    move("biharmonic", {**VERBS, "describe": partial(redescribe, describe_shape=fail_for_bad)})
     with database.read() as session:
         zoo_row = get_collection(session, zoo)
         assert zoo_row.model == "biharmonic"
@@ -221,6 +221,36 @@ def test_an_archive_becomes_shapes_and_its_bad_entries_are_named(
     assert job_state(database, job.id) == ("succeeded", 5, 5)
 
 
+def test_a_long_archive_is_unpacked_by_several_parts(
+    database: Database, blobs: BlobStore, settings: Settings, zoo: str
+) -> None:
+    buffer = io.BytesIO()
+    with zipfile.ZipFile(buffer, "w") as archive:
+        archive.writestr("readme.txt", "passed over")
+        for number in range(7):
+            archive.writestr(f"{number}.off", f"no mesh, number {number}")
+        archive.writestr("again.off", "no mesh, number 0")
+        archive.writestr("../b.off", "refused")
+    data = buffer.getvalue()
+    digest = sha256(data).hexdigest()
+    blobs.put(archive_key(digest), data)
+    with database.begin() as session:
+        row = get_collection(session, zoo)
+        part = unpack_part(row.id, digest, filename="a.zip", label="thing", attributes={})
+        job, _ = create_job(session, kind="ingest", unit="shapes", parts=[part])
+    verbs: dict[str, Verb] = {**VERBS, "unpack": partial(unpack, entries_a_part=4)}
+    assert run_pending(database, blobs, settings, verbs=verbs) == 1 + 3 + 7
+    with database.read() as session:
+        views = page_of_shapes(session, row.id, limit=20, cursor=None).items
+        kinds = session.scalars(select(Part.kind).where(Part.job_id == job.id)).all()
+        found = get_job(session, job.id)
+    assert sorted(view.row.name for view in views) == [f"{number}.off" for number in range(7)]
+    assert {(view.row.label, view.row.job_id) for view in views} == {("thing", job.id)}
+    assert kinds.count("unpack") == 4
+    assert (found.total, found.done, found.failed) == (9, 9, 8)  # one is there twice
+    assert len([error for error in found.errors if error["item"] == "../b.off"]) == 1
+
+
 def test_an_archive_without_a_mesh_fails_its_job(
     database: Database, blobs: BlobStore, zoo: str, work: Work
 ) -> None:
@@ -252,22 +282,16 @@ def test_what_was_deleted_while_it_waited_does_no_harm(
 
 
 def test_an_unexpected_error_is_tried_three_times_and_then_named(
-    database: Database,
-    blobs: BlobStore,
-    settings: Settings,
-    zoo: str,
-    upload: Upload,
-    monkeypatch: pytest.MonkeyPatch,
+    database: Database, blobs: BlobStore, settings: Settings, zoo: str, upload: Upload
 ) -> None:
     calls = []
 
-    def broken(bench: Workbench, claim: object) -> None:
+    def broken(_bench: Workbench, claim: Claim) -> Outcome:
         calls.append(claim)
         raise ZeroDivisionError
 
-    monkeypatch.setattr(work_module, "VERBS", {"ingest": broken})
     job, (one,) = upload(zoo, potato(13))
-    run_pending(database, blobs, settings)
+    run_pending(database, blobs, settings, verbs={"ingest": broken})
     assert len(calls) == 3
     error = shape(database, one).row.error
     assert error is not None

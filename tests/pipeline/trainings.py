@@ -1,7 +1,7 @@
 """Trainings as the API makes them, without the API."""
 
 import random
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -9,11 +9,13 @@ from sqlalchemy import select
 
 from workers.geometry.preparation import default_view
 from workers.pipeline.bank_plan import plan_variants
+from workers.pipeline.outcome import Verb
 from workers.pipeline.plans import plan_training
 from workers.pipeline.solve import parse_upload
 from workers.pipeline.training_pairs import Pair, StoredSource
 from workers.pipeline.training_plan import TrainingRequest, plan_pairs
 from workers.pipeline.training_variants import Variant
+from workers.pipeline.verbs import VERBS
 from workers.pipeline.work import run_part
 from workers.pipeline.workbench import Workbench
 from workers.settings import Settings
@@ -106,7 +108,12 @@ def begin_bank(bench: Workbench, name: str, request: TrainingRequest, *, channel
     return job.id
 
 
-def work(bench: Workbench, *, order: random.Random | None = None) -> list[str]:
+def work(
+    bench: Workbench,
+    *,
+    order: random.Random | None = None,
+    verbs: Mapping[str, Verb] = VERBS,
+) -> list[str]:
     """Run all that is queued, each time one chosen at random; returns what was run."""
     done: list[str] = []
     while True:
@@ -117,8 +124,14 @@ def work(bench: Workbench, *, order: random.Random | None = None) -> list[str]:
         if not queued:
             return done
         part = order.choice(queued) if order else queued[0]
-        run_part(bench, part.id, message=f"in-process-{part.id}")
+        run_part(bench, part.id, message=f"in-process-{part.id}", verbs=verbs)
         done.append(part.kind)
+
+
+def stored_at(bench: Workbench, folder: str) -> dict[str, int]:
+    """When each blob of a folder was stored, in nanoseconds: a second time changes it."""
+    root = bench.settings.data_path / "blobs" / folder
+    return {str(path): path.stat().st_mtime_ns for path in root.rglob("*") if path.is_file()}
 
 
 def definition(bench: Workbench, name: str) -> dict[str, Any]:

@@ -26,7 +26,7 @@ def test_every_domain_error_has_the_status_of_the_conventions() -> None:
         **dict.fromkeys(
             ("ModelNotFound", "JobNotFound", "QueryNotFound", "EvaluationNotFound"), 404
         ),
-        **{"IncompleteParts": 500, "Proteus": 500},
+        **{"Proteus": 500},
     }
     for name, status in expected.items():
         cls = getattr(errors, f"{name}Error")

@@ -1,51 +1,62 @@
 """A collection moves to another model, in one step."""
 
+from functools import partial
+
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from workers.errors import ModelNotReadyError
+from workers.pipeline.outcome import Outcome
 from workers.pipeline.plans import activate_part, describe_parts
 from workers.pipeline.workbench import Workbench
 from workers.storage.descriptors import is_described, undescribed_shapes
-from workers.storage.jobs import part_to_json
 from workers.storage.models import Collection, Job, Shape
-from workers.storage.parts import Claim, finish_part, hold_lease
+from workers.storage.parts import Claim
 
 
-def activate(bench: Workbench, claim: Claim) -> None:
+def activate(_bench: Workbench, claim: Claim) -> Outcome:
     """Point a collection at a model under which all of its shapes are described.
 
-    Shapes that arrived meanwhile without it are described first, and this runs again. Those that
-    cannot be described under it have failed, unless that is all of them.
+    Shapes that arrived meanwhile are described first, and this runs again. Shapes that cannot be
+    described under the model have failed; if none can, the collection stays where it is.
 
-    Raises
-    ------
-    ModelNotReadyError
-        Some shapes were not described, or none; the collection stays where it is.
+    Parameters
+    ----------
+    bench : Workbench
+    claim : Claim
+        Its payload names the collection and the model.
+
+    Returns
+    -------
+    Outcome
+        Moves the collection, or has the missing shapes described. It raises ModelNotReadyError if
+        shapes were not described, or none could be.
     """
-    collection_id, name = claim.payload["collection_id"], claim.payload["model"]
-    with bench.database.begin() as session:
-        job = hold_lease(session, claim)
-        collection = session.get(Collection, collection_id, with_for_update=True)
-        missing = []
-        if collection is not None:
-            missing = undescribed_shapes(session, collection, name, with_failed=False)
-            if not missing and not _finds_anything(session, collection, name):
-                raise ModelNotReadyError(
-                    f"none of the shapes could be described under {name!r}, so the collection "
-                    f"stays under its model; {_first_reason(job)}"
-                )
-        if missing and job.failed:
-            raise ModelNotReadyError(
-                f"{len(missing)} shapes could not be described under {name!r}, "
-                f"so the collection stays under its model; {_first_reason(job)}"
-            )
-        if missing:
-            job.finale = part_to_json(activate_part(collection_id, name))
-        elif collection is not None:
-            collection.model = name
-        parts = finish_part(session, claim, follow_up=describe_parts(missing, name))
-    bench.send(parts)
+    return Outcome(store=partial(_move, claim.payload["collection_id"], claim.payload["model"]))
+
+
+def _move(collection_id: str, model: str, session: Session, job: Job) -> Outcome | None:
+    """Move a collection, or describe what is missing first; its row is locked."""
+    collection = session.get(Collection, collection_id, with_for_update=True)
+    if collection is None:
+        return None
+    missing = undescribed_shapes(session, collection, model, with_failed=False)
+    if missing and job.failed:
+        raise ModelNotReadyError(
+            f"{len(missing)} shapes could not be described under {model!r}, "
+            f"so the collection stays under its model; {_first_reason(job)}"
+        )
+    if missing:
+        return Outcome(
+            follow_up=describe_parts(missing, model), finale=activate_part(collection_id, model)
+        )
+    if not _finds_anything(session, collection, model):
+        raise ModelNotReadyError(
+            f"none of the shapes could be described under {model!r}, so the collection "
+            f"stays under its model; {_first_reason(job)}"
+        )
+    collection.model = model
+    return None
 
 
 def _finds_anything(session: Session, collection: Collection, model: str) -> bool:

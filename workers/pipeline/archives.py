@@ -3,6 +3,7 @@
 import stat
 import zipfile
 from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 
@@ -28,11 +29,20 @@ class Entry:
     data: bytes
 
 
-def read_archive(path: Path, settings: Settings) -> Iterator[Entry | Failure]:
-    """Yield the meshes of an archive, and why an entry is none.
+def count_entries(path: Path, settings: Settings) -> int:
+    """Count the entries of an archive that may be meshes.
 
-    Folders, pictures, texts and what operating systems leave behind are passed over.
-    Sizes are taken from the directory first, then counted again while unpacking.
+    Parameters
+    ----------
+    path : Path
+        The archive.
+    settings : Settings
+        They limit entries and bytes.
+
+    Returns
+    -------
+    int
+        How many entries `read_archive` yields.
 
     Raises
     ------
@@ -41,13 +51,54 @@ def read_archive(path: Path, settings: Settings) -> Iterator[Entry | Failure]:
     UploadTooLargeError
         It holds more entries or bytes than the settings allow.
     """
+    with _opened(path, settings) as (_, candidates):
+        return len(candidates)
+
+
+def read_archive(
+    path: Path, settings: Settings, *, start: int = 0, stop: int | None = None
+) -> Iterator[Entry | Failure]:
+    """Yield the meshes of an archive, and why an entry cannot be one.
+
+    Folders, pictures, texts and what operating systems leave behind are passed over. Sizes are
+    taken from the directory first, then counted again while unpacking.
+
+    Parameters
+    ----------
+    path : Path
+        The archive.
+    settings : Settings
+        They limit entries and bytes.
+    start, stop : int
+        Place of the first entry that is read, and of the one after the last; all by default.
+
+    Yields
+    ------
+    Entry or Failure
+        In the order of the archive's directory.
+
+    Raises
+    ------
+    UnsupportedFormatError
+        It cannot be read as a zip archive at all.
+    UploadTooLargeError
+        It holds more entries or bytes than the settings allow.
+    """
+    with _opened(path, settings) as (archive, candidates):
+        for info in candidates[start:stop]:
+            yield _read_entry(archive, info, settings)
+
+
+@contextmanager
+def _opened(
+    path: Path, settings: Settings
+) -> Iterator[tuple[zipfile.ZipFile, list[zipfile.ZipInfo]]]:
+    """Open an archive within its limits; with the entries that may be meshes."""
     try:
         _check_end_record(path, settings)
         with zipfile.ZipFile(path) as archive:
             _check_directory(archive.infolist(), settings)
-            for info in archive.infolist():
-                if not _is_passed_over(info):
-                    yield _read_entry(archive, info, settings)
+            yield archive, [info for info in archive.infolist() if not _is_passed_over(info)]
     except zipfile.BadZipFile as error:
         raise UnsupportedFormatError(f"the zip archive cannot be read: {error}") from None
 

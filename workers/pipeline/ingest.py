@@ -1,13 +1,15 @@
 """An uploaded shape becomes one that can be found."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from workers.errors import ProteusError
 from workers.geometry.topology import boundary_loops, count_components
+from workers.pipeline.outcome import GoOn, Outcome
 from workers.pipeline.solve import Described, ReadMesh, describe_under_each, read_mesh
 from workers.pipeline.workbench import Workbench
 from workers.rendering.render import encode_png, render
@@ -16,8 +18,8 @@ from workers.storage.arrays import vector_to_bytes
 from workers.storage.blobs import thumbnail_key
 from workers.storage.collections import models_of
 from workers.storage.descriptors import store_descriptors
-from workers.storage.models import Collection, Json, Shape
-from workers.storage.parts import Claim, finish_part, hold_lease
+from workers.storage.models import Collection, Job, Json, Shape
+from workers.storage.parts import Claim
 from workers.storage.solutions import store_cleaned
 from workers.storage.trained_models import load_model
 
@@ -35,10 +37,22 @@ class Facts:
     repairs: list[str]
 
 
-def ingest(bench: Workbench, claim: Claim) -> None:
+def ingest(bench: Workbench, claim: Claim) -> Outcome:
     """Compute a shape and describe it under every model that its collection needs.
 
-    Only the one that the collection is searched under decides whether it has failed.
+    Only the model that the collection is searched under decides whether the shape has failed.
+
+    Parameters
+    ----------
+    bench : Workbench
+    claim : Claim
+        A part of this shape.
+
+    Returns
+    -------
+    Outcome
+        Stores the facts and the descriptors, or goes on if the collection needs another model by
+        then. It raises the reason if the shape cannot be described under the collection's model.
 
     Raises
     ------
@@ -49,17 +63,18 @@ def ingest(bench: Workbench, claim: Claim) -> None:
         shape = session.get(Shape, claim.shape_id)
         models = [] if shape is None else _models(session, shape.collection_id)
     if shape is None or not models:  # it was deleted while it waited
-        _finish(bench, claim, None, Described({}, {}))
-        return
+        return Outcome()
     read = read_mesh(bench.blobs, shape.sha256, filename=shape.name, settings=bench.settings)
     store_cleaned(bench.blobs, shape.sha256, read.mesh)
     bench.blobs.put(thumbnail_key(shape.sha256), encode_png(render(read.mesh, up=read.up)))
     facts = _facts(read)
-    found = Described({}, {})
-    while models:
+
+    def describe_further(before: Described, models: Sequence[Model]) -> Outcome:
         more = describe_under_each(bench.blobs, shape.sha256, read.mesh, models)
-        found = Described({**found.vectors, **more.vectors}, {**found.errors, **more.errors})
-        models = _finish(bench, claim, facts, found)
+        found = Described({**before.vectors, **more.vectors}, {**before.errors, **more.errors})
+        return Outcome(store=partial(_store, shape.id, facts, found, describe_further))
+
+    return describe_further(Described({}, {}), models)
 
 
 def _facts(read: ReadMesh) -> Facts:
@@ -78,33 +93,38 @@ def _models(session: Session, collection_id: str) -> list[Model]:
     return [load_model(session, name) for name in sorted(models_of(session, collection_id))]
 
 
-def _finish(bench: Workbench, claim: Claim, facts: Facts | None, found: Described) -> list[Model]:
-    """Store a shape and end its part; or return models that it was not described under yet.
+def _store(
+    shape_id: str,
+    facts: Facts,
+    found: Described,
+    describe_further: Callable[[Described, Sequence[Model]], Outcome],
+    session: Session,
+    _job: Job,
+) -> GoOn | None:
+    """Store a shape; or go on under models that it was not described under yet.
 
-    The collection's row is shared-locked: an activation sees either this shape with its
-    descriptors, or this sees the model that is being activated.
+    The collection's row is share-locked. An activation therefore sees this shape with its
+    descriptors, or else this sees the model that is being activated.
     """
-    with bench.database.begin() as session:
-        hold_lease(session, claim)
-        of_shape = select(Shape.collection_id).where(Shape.id == claim.shape_id)
-        collection = select(Collection).where(Collection.id.in_(of_shape))
-        row = session.scalar(collection.with_for_update(read=True))
-        shape = session.get(Shape, claim.shape_id, with_for_update=True)
-        if row is not None and shape is not None and facts is not None:
-            if row.model in found.errors:
-                raise found.errors[row.model]
-            needed = models_of(session, shape.collection_id)
-            if missing := needed - found.vectors.keys() - found.errors.keys():
-                return [load_model(session, name) for name in sorted(missing)]
-            for name, value in vars(facts).items():
-                setattr(shape, name, value)
-            shape.error = _reason([found.errors[n] for n in sorted(needed & found.errors.keys())])
-            described = sorted(needed & found.vectors.keys())
-            rows = [(shape.id, name, vector_to_bytes(found.vectors[name])) for name in described]
-            store_descriptors(session, shape.collection_id, rows)
-        parts = finish_part(session, claim)
-    bench.send(parts)
-    return []
+    of_shape = select(Shape.collection_id).where(Shape.id == shape_id)
+    collection = select(Collection).where(Collection.id.in_(of_shape))
+    row = session.scalar(collection.with_for_update(read=True))
+    shape = session.get(Shape, shape_id, with_for_update=True)
+    if row is None or shape is None:
+        return None
+    if row.model in found.errors:
+        raise found.errors[row.model]
+    needed = models_of(session, shape.collection_id)
+    if missing := needed - found.vectors.keys() - found.errors.keys():
+        models = [load_model(session, name) for name in sorted(missing)]
+        return GoOn(partial(describe_further, found, models))
+    for name, value in vars(facts).items():
+        setattr(shape, name, value)
+    shape.error = _reason([found.errors[name] for name in sorted(needed & found.errors.keys())])
+    described = sorted(needed & found.vectors.keys())
+    rows = [(shape.id, name, vector_to_bytes(found.vectors[name])) for name in described]
+    store_descriptors(session, shape.collection_id, rows)
+    return None
 
 
 def _reason(errors: Sequence[ProteusError]) -> Json | None:

@@ -1,6 +1,7 @@
 """A part of a training: a shape, a transformation of it, and the moments of both."""
 
 import hashlib
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,13 +14,14 @@ from workers.geometry.arrays import IntArray
 from workers.geometry.cleaning import clean
 from workers.geometry.mesh import TriangleMesh
 from workers.geometry.solution import Solution
+from workers.pipeline.outcome import Outcome
 from workers.pipeline.solve import parse_upload, solve_view
 from workers.pipeline.training_meshes import load_creature, load_stored
 from workers.pipeline.training_pairs import CreatureSource, Pair, Simulation, StoredSource
 from workers.pipeline.training_parts import PAIR, Arrays, compute_kept
 from workers.pipeline.workbench import Workbench
 from workers.storage.parts import Claim
-from workers.training.correspondence import Solved, corresponding_points
+from workers.training.correspondence import CorrespondingPoints, Solved, corresponding_points
 from workers.training.pairs import PairMoments, pair_moments
 from workers.transformations import transform
 
@@ -32,10 +34,16 @@ class Learnt:
     sha256: str
 
 
-def compute_pair(bench: Workbench, claim: Claim) -> None:
+def compute_pair(
+    bench: Workbench, claim: Claim, *, measure: "MeasurePair | None" = None
+) -> Outcome:
     """Store the moments of a pair, unless they are there; a pair that has none is named."""
     pair = Pair.from_payload(claim.payload)
-    compute_kept(bench, claim, PAIR, pair, lambda: _arrays(_learn_from(bench, pair)))
+    measure = measure or measure_pair
+    return compute_kept(bench, PAIR, pair, lambda: _arrays(measure(bench, pair)))
+
+
+MeasurePair = Callable[[Workbench, Pair], Learnt]
 
 
 def learnt_from(arrays: Arrays) -> Learnt:
@@ -60,12 +68,9 @@ class _Shape:
         return Solved(self.mesh, solve_view(bench.blobs, self.sha256, self.cleaned, pair.view))
 
 
-def _learn_from(bench: Workbench, pair: Pair) -> Learnt:
+def measure_pair(bench: Workbench, pair: Pair) -> Learnt:
     """Make and solve both shapes of a pair, and take their moments."""
-    shape = _original(bench, pair)
-    transformed, origin = _transformed(bench, pair, shape)
-    first, second = shape.solved(bench, pair), transformed.solved(bench, pair)
-    _require_eigenpairs(first.solution, second.solution)
+    shape, first, second, origin = _solve_both(bench, pair)
     found = corresponding_points(first, second, origin)
     moments = pair_moments(
         first.solution.spectrum,
@@ -76,6 +81,21 @@ def _learn_from(bench: Workbench, pair: Pair) -> Learnt:
         criterion=pair.criterion,
     )
     return Learnt(moments, shape.sha256)
+
+
+def points_of_pair(bench: Workbench, pair: Pair) -> CorrespondingPoints:
+    """Return the points that a pair's moments are taken of, with their eigenfunctions."""
+    _, first, second, origin = _solve_both(bench, pair)
+    return corresponding_points(first, second, origin)
+
+
+def _solve_both(bench: Workbench, pair: Pair) -> tuple[_Shape, Solved, Solved, IntArray]:
+    """Make and solve the shape and its transformation; with where its vertices come from."""
+    shape = _original(bench, pair)
+    transformed, origin = _transformed(bench, pair, shape)
+    first, second = shape.solved(bench, pair), transformed.solved(bench, pair)
+    _require_eigenpairs(first.solution, second.solution)
+    return shape, first, second, origin
 
 
 def _original(bench: Workbench, pair: Pair) -> _Shape:

@@ -1,6 +1,6 @@
 """Which parts a job has: the one place that knows kinds of parts and their payloads."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from sqlalchemy.orm import Session
@@ -30,17 +30,62 @@ def unpack_part(
     *,
     filename: str,
     label: str | None,
-    attributes: dict[str, Any],
+    attributes: Mapping[str, Any],
 ) -> NewPart:
-    """Make shapes of an uploaded zip's entries, each with a part of its own."""
+    """Make shapes of an uploaded zip's entries, each with a part of its own.
+
+    Parameters
+    ----------
+    collection_id : str
+    sha256 : str
+        Of the archive's bytes.
+    filename : str
+        What people call the archive.
+    label : str or None
+        Label of all shapes; without one the entries' names give it.
+    attributes : mapping of str
+        Attributes of all shapes.
+
+    Returns
+    -------
+    NewPart
+        It adds nothing to the progress: the shapes do.
+    """
     payload = {
         "collection_id": collection_id,
         "sha256": sha256,
         "filename": filename,
         "label": label,
-        "attributes": attributes,
+        "attributes": dict(attributes),
     }
     return NewPart("unpack", LIGHT, payload, weight=0)
+
+
+def entry_parts(archive: Mapping[str, Any], entries: int, entries_a_part: int) -> list[NewPart]:
+    """Unpack a long archive, some entries a part.
+
+    Parameters
+    ----------
+    archive : mapping of str
+        Payload of the part that unpacks the whole archive.
+    entries : int
+        How many entries it has, see `workers.pipeline.archives.count_entries`.
+    entries_a_part : int
+        At most so many in one part.
+
+    Returns
+    -------
+    list of NewPart
+    """
+    return [
+        NewPart(
+            "unpack",
+            LIGHT,
+            {**archive, "start": start, "stop": min(start + entries_a_part, entries)},
+            weight=0,
+        )
+        for start in range(0, entries, entries_a_part)
+    ]
 
 
 def query_part(sha256: str, model: str, filename: str) -> NewPart:
@@ -80,22 +125,59 @@ def evaluate_part(evaluation_id: str, collection_id: str, frame: str) -> NewPart
 
 
 def rank_parts(
-    evaluation: NewPart, models: list[str], *, dissimilarity: str | None, queries: int
+    evaluation: NewPart,
+    models: Sequence[str],
+    *,
+    dissimilarity: str | None,
+    queries: int,
+    queries_a_part: int = QUERIES_A_PART,
 ) -> list[NewPart]:
-    """Ask the queries of an evaluation's frame under each model, some at a time."""
+    """Rank the queries of an evaluation's frame under each model, some queries a part.
+
+    Parameters
+    ----------
+    evaluation : NewPart
+        The part that puts the rankings into tables; names the frame.
+    models : sequence of str
+        Their places number the rankings.
+    dissimilarity : str or None
+        Takes the place of the models' own dissimilarities.
+    queries : int
+        How many queries the frame has.
+    queries_a_part : int
+        At most so many queries in one part.
+
+    Returns
+    -------
+    list of NewPart
+        Model after model, and range after range.
+    """
     parts = []
     for number, model in enumerate(models):
-        asked = {"model": model, "number": number, "dissimilarity": dissimilarity}
-        for start, stop in query_ranges(queries):
+        asked = {"model": model, "item": model, "number": number, "dissimilarity": dissimilarity}
+        for start, stop in query_ranges(queries, queries_a_part):
             payload = {**evaluation.payload, **asked, "start": start, "stop": stop}
             parts.append(NewPart("rank", LIGHT, payload, weight=stop - start))
     return parts
 
 
-def query_ranges(queries: int) -> list[tuple[int, int]]:
-    """Places of the queries that are asked in one part, from the first to before the last."""
-    starts = range(0, queries, QUERIES_A_PART)
-    return [(start, min(start + QUERIES_A_PART, queries)) for start in starts]
+def query_ranges(queries: int, queries_a_part: int = QUERIES_A_PART) -> list[tuple[int, int]]:
+    """Split the queries of a frame into those of each part.
+
+    Parameters
+    ----------
+    queries : int
+        How many queries the frame has.
+    queries_a_part : int
+        At most so many queries in one part.
+
+    Returns
+    -------
+    list of (int, int)
+        Place of the first query, and of the one after the last.
+    """
+    starts = range(0, queries, queries_a_part)
+    return [(start, min(start + queries_a_part, queries)) for start in starts]
 
 
 def pair_part(pair: Pair) -> NewPart:

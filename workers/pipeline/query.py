@@ -1,16 +1,33 @@
-"""A mesh that was asked with becomes a descriptor; the API ranks it."""
+"""The mesh of a query becomes a descriptor; the API ranks it."""
 
+from functools import partial
+
+from sqlalchemy.orm import Session
+
+from workers.pipeline.outcome import Outcome
 from workers.pipeline.solve import describe_mesh, read_mesh
 from workers.pipeline.workbench import Workbench
 from workers.storage.arrays import vector_to_bytes
 from workers.storage.descriptors import store_query_vectors
-from workers.storage.parts import Claim, finish_part
+from workers.storage.models import Job
+from workers.storage.parts import Claim
 from workers.storage.solutions import store_cleaned
 from workers.storage.trained_models import load_model
 
 
-def answer_query(bench: Workbench, claim: Claim) -> None:
-    """Describe a query mesh under its model; the cleaned mesh is kept, to be looked at.
+def answer_query(bench: Workbench, claim: Claim) -> Outcome:
+    """Describe a query mesh under its model, and keep the cleaned mesh for the viewer.
+
+    Parameters
+    ----------
+    bench : Workbench
+    claim : Claim
+        Its payload names the mesh, its file and the model.
+
+    Returns
+    -------
+    Outcome
+        Stores the descriptor under the content of the mesh.
 
     Raises
     ------
@@ -24,8 +41,9 @@ def answer_query(bench: Workbench, claim: Claim) -> None:
         bench.blobs, sha256, filename=claim.payload["filename"], settings=bench.settings
     )
     store_cleaned(bench.blobs, sha256, read.mesh)
-    vectors = describe_mesh(bench.blobs, sha256, read.mesh, [model])
-    with bench.database.begin() as session:
-        store_query_vectors(session, sha256, [(name, vector_to_bytes(vectors[name]))])
-        parts = finish_part(session, claim)
-    bench.send(parts)
+    vector = describe_mesh(bench.blobs, sha256, read.mesh, [model])[name]
+    return Outcome(store=partial(_store, sha256, name, vector_to_bytes(vector)))
+
+
+def _store(sha256: str, model: str, vector: bytes, session: Session, _job: Job) -> None:
+    store_query_vectors(session, sha256, [(model, vector)])

@@ -1,15 +1,13 @@
-"""Queries of an evaluation are asked under one model."""
+"""The queries of an evaluation are ranked under one model."""
 
 import json
-from collections.abc import Mapping
-from typing import Any
 
 import numpy as np
 from sqlalchemy.orm import Session
 
-from workers.errors import ProteusError
 from workers.geometry.arrays import Float32Array, FloatArray
 from workers.pipeline.evaluation_plan import load_frame
+from workers.pipeline.outcome import Outcome
 from workers.pipeline.workbench import Workbench
 from workers.retrieval.model import Model
 from workers.retrieval.protocol import Protocol
@@ -18,30 +16,38 @@ from workers.retrieval.scan import distances, rerank
 from workers.storage.arrays import vector_from_bytes
 from workers.storage.blobs import ranking_key
 from workers.storage.change_feed import changes_after
-from workers.storage.parts import Claim, Failure, finish_part
+from workers.storage.parts import Claim
 from workers.storage.trained_models import load_model
 
 
-def rank(bench: Workbench, claim: Claim) -> None:
-    """Ask some queries of a frame under one model, and keep what they found."""
-    failure = None
-    try:
-        _rank(bench, claim.payload)
-    except ProteusError as error:
-        failure = Failure(claim.payload["model"], error.kind, str(error))
-    with bench.database.begin() as session:
-        parts = finish_part(session, claim, failure=failure)
-    bench.send(parts)
+def rank(bench: Workbench, claim: Claim) -> Outcome:
+    """Rank the targets for some queries of a frame under one model, and store the ranking.
 
+    If a shape was deleted meanwhile, nothing is stored: the evaluation then makes a smaller frame.
 
-def _rank(bench: Workbench, payload: Mapping[str, Any]) -> None:
-    """Store the ranking, unless a shape is gone: then the frame changes first."""
+    Parameters
+    ----------
+    bench : Workbench
+    claim : Claim
+        Its payload names the evaluation, the frame, the model and the range of queries.
+
+    Returns
+    -------
+    Outcome
+        Nothing more to store: the ranking is a blob under a key of the frame.
+
+    Raises
+    ------
+    ProteusError
+        The model was deleted, or the frame cannot be read.
+    """
+    payload = claim.payload
     protocol = load_frame(bench.blobs, payload["evaluation_id"], payload["frame"]).protocol
     with bench.database.read() as session:
         model = load_model(session, payload["model"])
         matrix = _descriptors(session, protocol, model, payload["collection_id"])
     if matrix is None:
-        return
+        return Outcome()
     targets = matrix[protocol.targets]  # (m, d)
 
     def far(place: int) -> FloatArray:
@@ -54,6 +60,7 @@ def _rank(bench: Workbench, payload: Mapping[str, Any]) -> None:
     ranking = rank_queries(protocol, far, places=range(start, stop))
     key = ranking_key(payload["evaluation_id"], payload["frame"], payload["number"], start)
     bench.blobs.put(key, json.dumps(ranking.to_json()).encode())
+    return Outcome()
 
 
 def _descriptors(

@@ -1,63 +1,119 @@
 """Shapes are described under a further model, from their stored spectra."""
 
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
+from typing import TypeAlias
+
 from sqlalchemy import select
+from sqlalchemy.orm import Session
 
 from workers.errors import BlobNotFoundError, ProteusError
 from workers.geometry.arrays import Float32Array
+from workers.pipeline.outcome import Outcome
 from workers.pipeline.solve import describe_mesh, read_mesh
 from workers.pipeline.workbench import Workbench
 from workers.retrieval.model import Model, describe
 from workers.storage.arrays import vector_to_bytes
 from workers.storage.descriptors import store_descriptors
-from workers.storage.models import Shape
-from workers.storage.parts import Claim, Failure, finish_part, hold_lease, report_failures
+from workers.storage.models import Job, Shape
+from workers.storage.parts import Claim, Failure
 from workers.storage.solutions import load_solution
 from workers.storage.trained_models import load_model
 
+DescribeShape: TypeAlias = Callable[[Workbench, Shape, Model], Float32Array]
 
-def redescribe(bench: Workbench, claim: Claim) -> None:
-    """Describe some shapes under a model; one that fails is named, the rest goes on.
 
-    A collection that does not follow the model asks not to mark shapes: what fails is no error of
-    theirs, what succeeds heals none.
+def describe_stored(bench: Workbench, shape: Shape, model: Model) -> Float32Array:
+    """Describe a shape from its stored spectra, and solve it only under a view that is new.
+
+    Parameters
+    ----------
+    bench : Workbench
+    shape : Shape
+        Its row.
+    model : Model
+
+    Returns
+    -------
+    (d,) float32
+        The descriptor, of the model's dimension.
+
+    Raises
+    ------
+    ProteusError
+        It cannot be described under this model.
     """
-    ids, name = claim.payload["shape_ids"], claim.payload["model"]
-    marks_shapes = claim.payload.get("marks_shapes", True)
-    with bench.database.read() as session:
-        model = load_model(session, name)
-        shapes = list(session.scalars(select(Shape).where(Shape.id.in_(ids)).order_by(Shape.id)))
-    vectors: dict[str, Float32Array] = {}
-    failures: dict[str, Failure] = {}
-    for shape in shapes:
-        try:
-            vectors[shape.id] = _describe_shape(bench, shape, model)
-        except ProteusError as error:
-            failures[shape.id] = Failure(item=shape.name, type=error.kind, detail=str(error))
-    with bench.database.begin() as session:
-        hold_lease(session, claim)
-        still = select(Shape).where(Shape.id.in_(ids)).order_by(Shape.id).with_for_update()
-        there = {shape.id: shape for shape in session.scalars(still)}
-        for shape_id in there if marks_shapes else ():
-            failed = failures.get(shape_id)
-            there[shape_id].error = (
-                None if failed is None else {"type": failed.type, "detail": failed.detail}
-            )
-        report_failures(session, claim, [failures[i] for i in sorted(failures)], are_counted=True)
-        parts = finish_part(session, claim)
-        by_collection: dict[str, list[tuple[str, str, bytes]]] = {}
-        for shape_id in sorted(vectors.keys() & there.keys()):
-            row = (shape_id, name, vector_to_bytes(vectors[shape_id]))
-            by_collection.setdefault(there[shape_id].collection_id, []).append(row)
-        for collection_id, rows in sorted(by_collection.items()):
-            store_descriptors(session, collection_id, rows)
-    bench.send(parts)
-
-
-def _describe_shape(bench: Workbench, shape: Shape, model: Model) -> Float32Array:
-    """Describe a shape from its stored spectra, solving only under a view that is new."""
     try:
         solutions = {v.name: load_solution(bench.blobs, shape.sha256, v) for v in model.views}
     except BlobNotFoundError:
         read = read_mesh(bench.blobs, shape.sha256, filename=shape.name, settings=bench.settings)
         return describe_mesh(bench.blobs, shape.sha256, read.mesh, [model])[model.name]
     return describe(solutions, model)
+
+
+def redescribe(
+    bench: Workbench, claim: Claim, *, describe_shape: DescribeShape = describe_stored
+) -> Outcome:
+    """Describe some shapes under a model; a shape that fails is named, the others go on.
+
+    An evaluation asks not to mark shapes, since its collection does not follow the model: then a
+    failure leaves no error on the shape, and a success removes none.
+
+    Parameters
+    ----------
+    bench : Workbench
+    claim : Claim
+        Its payload names the shapes and the model, and says whether shapes are marked.
+    describe_shape : callable
+        Returns the descriptor of one shape.
+
+    Returns
+    -------
+    Outcome
+        Stores the descriptors of those shapes that still exist.
+
+    Raises
+    ------
+    ModelNotFoundError, ModelNotReadyError
+        The model was deleted.
+    """
+    ids, name = claim.payload["shape_ids"], claim.payload["model"]
+    with bench.database.read() as session:
+        model = load_model(session, name)
+        shapes = list(session.scalars(select(Shape).where(Shape.id.in_(ids)).order_by(Shape.id)))
+    vectors: dict[str, bytes] = {}
+    failures: dict[str, Failure] = {}
+    for shape in shapes:
+        try:
+            vectors[shape.id] = vector_to_bytes(describe_shape(bench, shape, model))
+        except ProteusError as error:
+            failures[shape.id] = Failure(item=shape.name, type=error.kind, detail=str(error))
+    marked = ids if claim.payload.get("marks_shapes", True) else []
+    return Outcome(
+        store=partial(_store, ids, name, vectors, {i: failures.get(i) for i in marked}),
+        failures=[failures[i] for i in sorted(failures)],
+    )
+
+
+def _store(
+    shape_ids: Sequence[str],
+    model: str,
+    vectors: Mapping[str, bytes],
+    marks: Mapping[str, Failure | None],
+    session: Session,
+    _job: Job,
+) -> None:
+    """Mark shapes with their failure, or with none, and store the descriptors."""
+    still = select(Shape).where(Shape.id.in_(shape_ids)).order_by(Shape.id).with_for_update()
+    there = {shape.id: shape for shape in session.scalars(still)}
+    for shape_id in marks.keys() & there.keys():
+        failure = marks[shape_id]
+        there[shape_id].error = (
+            None if failure is None else {"type": failure.type, "detail": failure.detail}
+        )
+    by_collection: dict[str, list[tuple[str, str, bytes]]] = {}
+    for shape_id in sorted(vectors.keys() & there.keys()):
+        row = (shape_id, model, vectors[shape_id])
+        by_collection.setdefault(there[shape_id].collection_id, []).append(row)
+    for collection_id, rows in sorted(by_collection.items()):
+        store_descriptors(session, collection_id, rows)

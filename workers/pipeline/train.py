@@ -3,6 +3,7 @@
 from collections import Counter
 from collections.abc import Sequence
 
+from workers.pipeline.outcome import Outcome
 from workers.pipeline.pair import Learnt, learnt_from
 from workers.pipeline.plans import fit_part
 from workers.pipeline.training_pairs import VERSIONS, Pair
@@ -17,13 +18,14 @@ from workers.training.learning import learn_kernel
 from workers.training.learning_options import LearningOptions
 
 
-def fit(bench: Workbench, claim: Claim) -> None:
+def fit(bench: Workbench, claim: Claim) -> Outcome:
     """Learn a model's kernel once all pairs have ended, see `fit_model`."""
 
     def define(asked: TrainedModel, material: Material[Pair]) -> Json:
         return _definition(bench, asked, material)
 
-    fit_model(bench, claim, PAIR, Pair.from_payload, fit_part(claim.payload["model"]), define)
+    finale = fit_part(claim.payload["model"])
+    return fit_model(bench, claim, PAIR, Pair.from_payload, finale, define)
 
 
 def _definition(bench: Workbench, asked: TrainedModel, material: Material[Pair]) -> Json:

@@ -6,6 +6,7 @@ import numpy as np
 
 from workers.errors import InsufficientTrainingDataError
 from workers.geometry.arrays import Float32Array
+from workers.pipeline.outcome import Outcome
 from workers.pipeline.plans import fit_bank_part
 from workers.pipeline.training_parts import VARIANT, Arrays, Material, fit_model
 from workers.pipeline.training_variants import VARIANT_VERSIONS, Variant
@@ -17,10 +18,10 @@ from workers.training.bank import BankOptions, train_bank
 from workers.training.bank_shapes import BankShapes
 
 
-def fit_bank(bench: Workbench, claim: Claim) -> None:
+def fit_bank(bench: Workbench, claim: Claim) -> Outcome:
     """Choose and weigh channels once all variants have ended, see `fit_model`."""
     finale = fit_bank_part(claim.payload["model"])
-    fit_model(bench, claim, VARIANT, Variant.from_payload, finale, _definition)
+    return fit_model(bench, claim, VARIANT, Variant.from_payload, finale, _definition)
 
 
 def _definition(asked: TrainedModel, material: Material[Variant]) -> Json:

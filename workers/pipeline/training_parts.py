@@ -1,9 +1,9 @@
 """What trainings have in common: parts that are kept by content, and a fit once all have ended."""
 
 import json
-import time
-from collections.abc import Callable, Mapping, Sequence, Set
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Any, Generic, Protocol, TypeVar
 
 from numpy.typing import NDArray
@@ -19,12 +19,13 @@ from workers.errors import (
     ModelNotReadyError,
     SpectrumError,
 )
+from workers.pipeline.outcome import Outcome
 from workers.pipeline.workbench import Workbench
 from workers.storage.arrays import pack, unpack
 from workers.storage.blobs import failure_key, training_key
-from workers.storage.jobs import OPEN, NewPart, part_to_json
-from workers.storage.models import Json, Part, TrainedModel
-from workers.storage.parts import Claim, Failure, finish_part, hold_lease, report_failures
+from workers.storage.jobs import OPEN, NewPart
+from workers.storage.models import Job, Json, Part, TrainedModel
+from workers.storage.parts import Claim, Failure
 from workers.storage.trained_models import READY, get_training
 
 OWN_REASONS = (
@@ -91,21 +92,17 @@ class Material(Generic[P]):
 
 
 def compute_kept(
-    bench: Workbench, claim: Claim, kind: str, planned: Planned, compute: Callable[[], Arrays]
-) -> None:
+    bench: Workbench, kind: str, planned: Planned, compute: Callable[[], Arrays]
+) -> Outcome:
     """Store what is computed of a pair or variant, unless it is there; one that fails is named."""
-    failures = []
     try:
         if not bench.blobs.exists(training_key(kind, planned.key)):
             bench.blobs.put(training_key(kind, planned.key), pack(compute()))
     except OWN_REASONS as error:
         failure = Failure(planned.item, error.kind, str(error))
         bench.blobs.put(failure_key(kind, planned.key), json.dumps(vars(failure)).encode())
-        failures.append(failure)
-    with bench.database.begin() as session:
-        report_failures(session, claim, failures, are_counted=True)
-        parts = finish_part(session, claim)
-    bench.send(parts)
+        return Outcome(failures=[failure])
+    return Outcome()
 
 
 def load_kept(bench: Workbench, kind: str, planned: Planned) -> Arrays | Failure:
@@ -130,20 +127,30 @@ def fit_model(
     read: Callable[[Mapping[str, Any]], P],
     finale: NewPart,
     define: Callable[[TrainedModel, Material[P]], Json],
-) -> None:
+) -> Outcome:
     """Learn from all parts of a kind once they have ended; the model is then ready.
 
-    After a retry this may be called while parts are still computed, or what is stored of some may
-    be of an older version: then these are computed first, and it comes again.
+    After a retry this may run while parts are still computed, or what is stored of some may be of
+    an older version: then these are computed first, and this runs again.
 
     Parameters
     ----------
+    bench : Workbench
+    claim : Claim
+        Its payload names the model.
+    kind : str
+        PAIR or VARIANT.
     read : callable
         From a part's payload to what is planned.
     finale : NewPart
-        This one, to come again.
+        This part, to run again.
     define : callable
         From the row of the model that is asked for and the material to its definition.
+
+    Returns
+    -------
+    Outcome
+        Stores the model; or has parts computed again, with this as the finale.
 
     Raises
     ------
@@ -155,27 +162,42 @@ def fit_model(
         The model was deleted.
     """
     name = claim.payload["model"]
-    payloads = _ended_payloads(bench, claim, kind, finale)
-    if payloads is None:
-        return
     with bench.database.read() as session:
+        states = _states(session, claim.job_id, kind)
+        if states.keys() & set(OPEN):
+            return Outcome(finale=finale)
+        rows = session.execute(_parts(claim.job_id, kind).with_only_columns(Part.id, Part.payload))
+        parts = sorted(rows, key=lambda row: int(row.payload["number"]))
         asked = get_training(session, name, job_id=claim.job_id)
-    material = _gather(bench, kind, [read(payload) for payload in payloads])
+    _require_all(states, kind)
+    material = _gather(bench, kind, [read(part.payload) for part in parts])
     if material.missing:
-        _compute_again(bench, claim, kind, material.missing, finale)
-        return
+        again = [part.id for part in parts if part.payload["number"] in material.missing]
+        return Outcome(again=again, finale=finale)
     if not material.planned:
         first = material.failures[0]
         raise InsufficientTrainingDataError(
             f"all {len(material.failures)} {kind}s failed; the first, {first.item}: {first.detail}"
         )
     definition = _finite(define(asked, material))
-    with bench.database.begin() as session:
-        hold_lease(session, claim)
-        row = get_training(session, name, job_id=claim.job_id)
-        row.definition, row.state = definition, READY
-        parts = finish_part(session, claim)
-    bench.send(parts)
+    return Outcome(store=partial(_store, name, definition))
+
+
+def _store(name: str, definition: Json, session: Session, job: Job) -> None:
+    """Make the model ready, unless it was deleted."""
+    row = get_training(session, name, job_id=job.id)
+    row.definition, row.state = definition, READY
+
+
+def _require_all(states: Mapping[str, int], kind: str) -> None:
+    """Refuse to learn where parts were lost: a retry would give another model."""
+    total = sum(states.values())
+    lost = total - states.get("succeeded", 0)
+    if lost:
+        raise ModelNotReadyError(
+            f"{lost} of {total} {kind}s were not computed, so nothing is learned from the "
+            "others; retry the job"
+        )
 
 
 def _gather(bench: Workbench, kind: str, planned: Sequence[P]) -> Material[P]:
@@ -196,51 +218,6 @@ def _gather(bench: Workbench, kind: str, planned: Sequence[P]) -> Material[P]:
             there.append(one)
             arrays.append(found)
     return Material(there, arrays, failures, frozenset(missing))
-
-
-def _ended_payloads(
-    bench: Workbench, claim: Claim, kind: str, finale: NewPart
-) -> list[Mapping[str, Any]] | None:
-    """Payloads of the job's parts of a kind in the order of the plan.
-
-    None while one of them is open: then the finale comes again after it.
-
-    Raises
-    ------
-    ModelNotReadyError
-        Parts were lost, so that a retry would give another model than this.
-    """
-    with bench.database.begin() as session:
-        job = hold_lease(session, claim)
-        states = _states(session, claim.job_id, kind)
-        if any(states.get(state) for state in OPEN):
-            job.finale = part_to_json(finale)
-            finish_part(session, claim)  # sends nothing: parts are open
-            return None
-        rows = session.scalars(_parts(claim.job_id, kind).with_only_columns(Part.payload)).all()
-    lost = sum(states.values()) - states.get("succeeded", 0)
-    if lost:
-        raise ModelNotReadyError(
-            f"{lost} of {len(rows)} {kind}s were not computed, so nothing is learned from the "
-            "others; retry the job"
-        )
-    return sorted(rows, key=lambda payload: int(payload["number"]))
-
-
-def _compute_again(
-    bench: Workbench, claim: Claim, kind: str, numbers: Set[int], finale: NewPart
-) -> None:
-    """Queue parts of a kind once more, up to their last attempt, and the finale after them."""
-    with bench.database.begin() as session:
-        job = hold_lease(session, claim)
-        parts = session.scalars(_parts(claim.job_id, kind).order_by(Part.id).with_for_update())
-        again = [part for part in parts if part.payload["number"] in numbers]
-        for part in again:
-            part.state, part.sent_at = "queued", time.time()
-            job.done -= part.weight
-        job.finale = part_to_json(finale)
-        finish_part(session, claim)
-    bench.send(again)
 
 
 def _finite(definition: Json) -> Json:

@@ -2,87 +2,119 @@
 
 import hashlib
 import tempfile
-from collections.abc import Iterator
-from itertools import islice
+from collections.abc import Mapping, Sequence
+from functools import partial
 from pathlib import Path
-from typing import TypeVar
+from typing import Any
+
+from sqlalchemy import update
+from sqlalchemy.orm import Session
 
 from workers.errors import UnsupportedFormatError, UploadTooLargeError
 from workers.geometry.formats.naming import read_name
-from workers.pipeline.archives import Entry, read_archive
-from workers.pipeline.plans import ingest_part
+from workers.pipeline.archives import Entry, count_entries, read_archive
+from workers.pipeline.outcome import Outcome
+from workers.pipeline.plans import entry_parts, ingest_part
 from workers.pipeline.workbench import Workbench
 from workers.storage.blobs import archive_key, mesh_key
-from workers.storage.jobs import add_parts
-from workers.storage.models import Collection, Part, Shape
-from workers.storage.parts import Claim, Failure, finish_part, hold_lease, report_failures
+from workers.storage.models import Collection, Job, Shape
+from workers.storage.parts import Claim, Failure
 from workers.storage.shapes import NewShape, create_shape
 
-BATCH = 20
-Item = TypeVar("Item")
+ENTRIES_A_PART = 200
+"""A longer archive is unpacked by several parts: its first shapes are computed meanwhile, and all
+of a part's rows are stored at once, so that a crash leaves none of them."""
 
 
-def unpack(bench: Workbench, claim: Claim) -> None:
-    """Make shapes of an archive's entries, some at a time; to run it again does no harm.
+def unpack(bench: Workbench, claim: Claim, *, entries_a_part: int = ENTRIES_A_PART) -> Outcome:
+    """Make shapes of an archive's entries.
 
     An archive that cannot be read, holds no mesh or passes a limit is named as failed; other files
     of the same upload go on.
+
+    Parameters
+    ----------
+    bench : Workbench
+    claim : Claim
+        Its payload names the archive, its collection, and the range of entries if there is one.
+    entries_a_part : int
+        An archive with more entries is divided into parts.
+
+    Returns
+    -------
+    Outcome
+        Stores the shapes and counts the entries, or follows up with the parts of a long archive.
     """
-    failure = None
-    found = False
+    archive = claim.payload
     with tempfile.TemporaryDirectory(prefix="proteus-") as folder:
         path = Path(folder) / "archive.zip"
-        bench.blobs.fetch(archive_key(claim.payload["sha256"]), path)
+        bench.blobs.fetch(archive_key(archive["sha256"]), path)
         try:
-            for batch in _batches(read_archive(path, bench.settings), BATCH):
-                found = True
-                bench.send(_store(bench, claim, batch))
+            if "start" in archive:
+                return _unpack_range(bench, path, archive)
+            entries = count_entries(path, bench.settings)
+            if entries > entries_a_part:
+                return Outcome(follow_up=entry_parts(archive, entries, entries_a_part))
+            if entries:
+                return _unpack_range(bench, path, archive)
         except (UnsupportedFormatError, UploadTooLargeError) as error:
-            failure = Failure(claim.payload["filename"], error.kind, str(error))
-    if not found and failure is None:
-        detail = "the archive holds no mesh (off, obj, ply, stl, glb, gltf, 3mf)"
-        failure = Failure(claim.payload["filename"], "invalid-mesh", detail)
-    with bench.database.begin() as session:
-        failures = [] if failure is None else [failure]
-        report_failures(session, claim, failures, are_counted=False)
-        parts = finish_part(session, claim)
-    bench.send(parts)
+            failure = Failure(archive["filename"], error.kind, str(error))
+        else:
+            detail = "the archive holds no mesh (off, obj, ply, stl, glb, gltf, 3mf)"
+            failure = Failure(archive["filename"], "invalid-mesh", detail)
+    return Outcome(store=partial(_count_refused, [failure]))
 
 
-def _store(bench: Workbench, claim: Claim, batch: list[Entry | Failure]) -> list[Part]:
-    """Store entries of an archive as shapes; returns their parts."""
-    shapes = []
-    for entry in batch:
-        if isinstance(entry, Entry):
+def _unpack_range(bench: Workbench, path: Path, archive: Mapping[str, Any]) -> Outcome:
+    """Store the bytes of some entries; their rows are stored with the outcome."""
+    shapes: list[NewShape] = []
+    refused: list[Failure] = []
+    entries = read_archive(
+        path, bench.settings, start=archive.get("start", 0), stop=archive.get("stop")
+    )
+    for entry in entries:
+        if isinstance(entry, Failure):
+            refused.append(entry)
+        else:
             sha256 = hashlib.sha256(entry.data).hexdigest()
             bench.blobs.put(mesh_key(sha256), entry.data)
-            shapes.append(_new_shape(entry, sha256, claim))
-    with bench.database.begin() as session:
-        job = hold_lease(session, claim)
-        collection = session.get(Collection, claim.payload["collection_id"])
-        if collection is None:
-            return []
-        new: list[str] = []
-        for shape in sorted(shapes, key=lambda shape: shape.sha256):  # as uploads lock
-            shape_id, created = create_shape(session, collection.id, shape)
-            if created:
-                new.append(shape_id)
-        for shape_id in new:
-            row = session.get(Shape, shape_id)
-            if row is not None:
-                row.job_id = job.id
-        existing = len(shapes) - len(new)
-        job.total += existing
-        job.done += existing
-        job.revision += 1
-        refused = [entry for entry in batch if isinstance(entry, Failure)]
-        report_failures(session, claim, refused, are_counted=False)
-        return add_parts(session, job, [ingest_part(shape_id) for shape_id in new])
+            shapes.append(_new_shape(entry, sha256, archive))
+    return Outcome(store=partial(_store, archive["collection_id"], shapes, refused))
 
 
-def _new_shape(entry: Entry, sha256: str, claim: Claim) -> NewShape:
+def _store(
+    collection_id: str,
+    shapes: Sequence[NewShape],
+    refused: Sequence[Failure],
+    session: Session,
+    job: Job,
+) -> Outcome | None:
+    """Store entries of an archive as shapes; those that are new get parts of their own."""
+    if session.get(Collection, collection_id) is None:
+        return None
+    new: list[str] = []
+    for shape in sorted(shapes, key=lambda shape: shape.sha256):  # as uploads lock
+        shape_id, created = create_shape(session, collection_id, shape)
+        if created:
+            new.append(shape_id)
+    session.execute(update(Shape).where(Shape.id.in_(new)).values(job_id=job.id))
+    existing = len(shapes) - len(new)
+    job.total += existing
+    job.done += existing
+    counted = _count_refused(refused, session, job)
+    return Outcome(failures=counted.failures, follow_up=[ingest_part(shape_id) for shape_id in new])
+
+
+def _count_refused(refused: Sequence[Failure], _session: Session, job: Job) -> Outcome:
+    """Count entries that become no shapes: no part of their own does."""
+    job.total += len(refused)
+    job.done += len(refused)
+    return Outcome(failures=refused)
+
+
+def _new_shape(entry: Entry, sha256: str, archive: Mapping[str, Any]) -> NewShape:
     named = read_name(entry.name)
-    label = claim.payload.get("label")
+    label = archive.get("label")
     return NewShape(
         sha256=sha256,
         n_bytes=len(entry.data),
@@ -90,10 +122,5 @@ def _new_shape(entry: Entry, sha256: str, claim: Claim) -> NewShape:
         label=named.label if label is None else label,
         transformation=named.transformation,
         strength=named.strength,
-        attributes=claim.payload.get("attributes") or {},
+        attributes=archive.get("attributes") or {},
     )
-
-
-def _batches(items: Iterator[Item], size: int) -> Iterator[list[Item]]:
-    while batch := list(islice(items, size)):
-        yield batch

@@ -1,9 +1,12 @@
 """A part of a bank's training: one variant of a shape, described under every candidate channel."""
 
+from collections.abc import Callable
+
 from workers.geometry.arrays import Float32Array
 from workers.geometry.cleaning import clean
 from workers.geometry.mesh import TriangleMesh
 from workers.geometry.solution import solve
+from workers.pipeline.outcome import Outcome
 from workers.pipeline.training_meshes import load_creature, load_stored
 from workers.pipeline.training_pairs import CreatureSource, Simulation
 from workers.pipeline.training_parts import VARIANT, compute_kept
@@ -16,13 +19,19 @@ from workers.transformations import transform
 DESCRIPTOR = "descriptor"
 
 
-def compute_variant(bench: Workbench, claim: Claim) -> None:
+def compute_variant(
+    bench: Workbench, claim: Claim, *, compute: "DescribeVariant | None" = None
+) -> Outcome:
     """Store the descriptor of a variant, unless it is there; one that has none is named."""
     variant = Variant.from_payload(claim.payload)
-    compute_kept(bench, claim, VARIANT, variant, lambda: {DESCRIPTOR: _describe(bench, variant)})
+    compute = compute or describe_variant
+    return compute_kept(bench, VARIANT, variant, lambda: {DESCRIPTOR: compute(bench, variant)})
 
 
-def _describe(bench: Workbench, variant: Variant) -> Float32Array:
+DescribeVariant = Callable[[Workbench, Variant], Float32Array]
+
+
+def describe_variant(bench: Workbench, variant: Variant) -> Float32Array:
     """Make, clean, solve and describe it; spectra of variants are not kept."""
     mesh = clean(_mesh_of(bench, variant)).mesh
     solutions = {view.name: solve(mesh, view) for view in variant.views}

@@ -1,58 +1,40 @@
-"""Runs one part of a job: claim, do, finish; whatever happens, the job learns of it."""
+"""Runs one part of a job: claim it, do it, end it; whatever happens, the job's row says so."""
 
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 
 import structlog
 from sqlalchemy import select
 
-from workers.errors import IncompletePartsError, ProteusError
-from workers.pipeline.activate import activate
-from workers.pipeline.evaluate import evaluate
-from workers.pipeline.ingest import ingest
-from workers.pipeline.pair import compute_pair
-from workers.pipeline.query import answer_query
-from workers.pipeline.rank import rank
-from workers.pipeline.redescribe import redescribe
-from workers.pipeline.train import fit
-from workers.pipeline.train_bank import fit_bank
-from workers.pipeline.unpack import unpack
-from workers.pipeline.variant import compute_variant
+from workers.errors import ProteusError
+from workers.pipeline.commit import commit, commit_failure
+from workers.pipeline.outcome import Verb
+from workers.pipeline.verbs import VERBS
 from workers.pipeline.workbench import Workbench
 from workers.settings import Settings
 from workers.storage.blobs import BlobStore
 from workers.storage.database import Database
-from workers.storage.models import Part, Shape
-from workers.storage.parts import (
-    Claim,
-    Failure,
-    LeaseLostError,
-    claim_part,
-    finish_part,
-    hold_lease,
-    item_of,
-    release_part,
-)
+from workers.storage.models import Part
+from workers.storage.parts import Claim, LeaseLostError, claim_part, release_part
 
 log = structlog.get_logger(__name__)
 
-VERBS: Mapping[str, Callable[[Workbench, Claim], None]] = {
-    "ingest": ingest,
-    "unpack": unpack,
-    "query": answer_query,
-    "describe": redescribe,
-    "activate": activate,
-    "pair": compute_pair,
-    "fit": fit,
-    "variant": compute_variant,
-    "fit-bank": fit_bank,
-    "rank": rank,
-    "evaluate": evaluate,
-}
 
+def run_part(
+    bench: Workbench, part_id: str, *, message: str, verbs: Mapping[str, Verb] = VERBS
+) -> None:
+    """Do the work of one part, if nobody else does; no error of the work is raised.
 
-def run_part(bench: Workbench, part_id: str, *, message: str) -> None:
-    """Do one part's work, if it is there to be done; raises nothing that a job could cause."""
+    Parameters
+    ----------
+    bench : Workbench
+    part_id : str
+        Id of the part's row; without such a row there is nothing to do.
+    message : str
+        Id of the message that woke this worker; its parent renews the lease by it.
+    verbs : mapping of str to Verb
+        What does each kind of part.
+    """
     with bench.database.begin() as session:
         claim = claim_part(
             session,
@@ -65,33 +47,83 @@ def run_part(bench: Workbench, part_id: str, *, message: str) -> None:
         return
     started = time.monotonic()
     with structlog.contextvars.bound_contextvars(job_id=claim.job_id, part_id=part_id):
-        outcome = _run_claim(bench, claim)
+        state = run_claim(bench, claim, verbs=verbs)
         log.info(
             "part ended",
             kind=claim.kind,
-            outcome=outcome,
+            outcome=state,
             attempt=claim.attempts,
             seconds=round(time.monotonic() - started, 3),
         )
 
 
-def _run_claim(bench: Workbench, claim: Claim) -> str:
+def run_claim(bench: Workbench, claim: Claim, *, verbs: Mapping[str, Verb] = VERBS) -> str:
+    """Do the work of a claimed part and end it.
+
+    Parameters
+    ----------
+    bench : Workbench
+    claim : Claim
+        The part that this worker holds.
+    verbs : mapping of str to Verb
+        What does each kind of part.
+
+    Returns
+    -------
+    str
+        "succeeded", "failed", "released" if it is to be tried again, or "lost" if another worker
+        holds it now: then nothing was stored.
+    """
     if claim.attempts > bench.settings.max_attempts:
         detail = f"its computation ended {claim.attempts - 1} times without a result"
         return _fail(bench, claim, "computation-lost", detail)
     try:
-        VERBS[claim.kind](bench, claim)
+        commit(bench, claim, verbs[claim.kind](bench, claim))
     except LeaseLostError as error:
         log.warning("lease lost", reason=str(error))
         return "lost"
-    except IncompletePartsError as error:
-        return _retry(bench, claim, error)
     except ProteusError as error:
         return _fail(bench, claim, error.kind, str(error))
     except Exception as error:  # the border of the task: nothing may kill the worker
         log.exception("part failed unexpectedly", kind=claim.kind)
         return _retry(bench, claim, error)
     return "succeeded"
+
+
+def run_pending(
+    database: Database,
+    blobs: BlobStore,
+    settings: Settings,
+    *,
+    verbs: Mapping[str, Verb] = VERBS,
+) -> int:
+    """Run queued parts in this process until there are none.
+
+    Parameters
+    ----------
+    database : Database
+    blobs : BlobStore
+    settings : Settings
+    verbs : mapping of str to Verb
+        What does each kind of part.
+
+    Returns
+    -------
+    int
+        How many parts were run; a part that was tried again counts each time.
+    """
+    bench = Workbench(database, blobs, settings, _leave_queued)
+    count = 0
+    while True:
+        with database.read() as session:
+            queued = session.scalars(
+                select(Part.id).where(Part.state == "queued").order_by(Part.id).limit(100)
+            ).all()
+        if not queued:
+            return count
+        for part_id in queued:
+            run_part(bench, part_id, message=f"in-process-{part_id}", verbs=verbs)
+            count += 1
 
 
 def _retry(bench: Workbench, claim: Claim, error: Exception) -> str:
@@ -109,34 +141,11 @@ def _retry(bench: Workbench, claim: Claim, error: Exception) -> str:
 
 def _fail(bench: Workbench, claim: Claim, kind: str, detail: str) -> str:
     try:
-        with bench.database.begin() as session:
-            hold_lease(session, claim)
-            shape = session.get(Shape, claim.shape_id) if claim.shape_id else None
-            if shape is not None:
-                shape.error = {"type": kind, "detail": detail}
-            item = item_of(claim.kind, claim.payload) if shape is None else shape.name
-            parts = finish_part(session, claim, failure=Failure(item, kind, detail))
+        commit_failure(bench, claim, kind, detail)
     except LeaseLostError:
         return "lost"
-    bench.send(parts)
     return "failed"
 
 
-def run_pending(database: Database, blobs: BlobStore, settings: Settings) -> int:
-    """Run queued parts in this process until there are none; returns how many were run."""
-    bench = Workbench(database, blobs, settings, _leave_queued)
-    count = 0
-    while True:
-        with database.read() as session:
-            queued = session.scalars(
-                select(Part.id).where(Part.state == "queued").order_by(Part.id).limit(100)
-            ).all()
-        if not queued:
-            return count
-        for part_id in queued:
-            run_part(bench, part_id, message=f"in-process-{part_id}")
-            count += 1
-
-
 def _leave_queued(_parts: Sequence[Part]) -> None:
-    """Wake nobody: the loop finds what is queued."""
+    """Send no message: the loop finds what is queued."""

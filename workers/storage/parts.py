@@ -8,6 +8,7 @@ Times are given by the caller, in seconds since 1970; a fleet's clocks may diffe
 than a lease.
 """
 
+import time
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -17,7 +18,14 @@ from sqlalchemy.orm import Session
 
 from workers.errors import ConflictError
 from workers.storage.identifiers import new_id
-from workers.storage.jobs import MAX_ERRORS, NewPart, add_parts, end_if_all_ended, get_job
+from workers.storage.jobs import (
+    MAX_ERRORS,
+    NewPart,
+    add_parts,
+    end_if_all_ended,
+    get_job,
+    part_to_json,
+)
 from workers.storage.models import Job, Part, Shape
 
 
@@ -119,13 +127,33 @@ def finish_part(
     claim: Claim,
     *,
     failure: Failure | None = None,
+    failed_items: Sequence[Failure] = (),
     follow_up: Sequence[NewPart] = (),
+    finale: NewPart | None = None,
+    again: Sequence[str] = (),
 ) -> list[Part]:
     """End a part and count it; call it last in the transaction that stores the result.
 
+    Parameters
+    ----------
+    session : Session
+    claim : Claim
+        The part that this worker holds.
+    failure : Failure, optional
+        Why the part failed as a whole.
+    failed_items : sequence of Failure
+        Items that failed inside of a part that succeeded; its weight counts them already.
+    follow_up : sequence of NewPart
+        Parts to be queued.
+    finale : NewPart, optional
+        The part that runs once all others have ended; it replaces the job's finale.
+    again : sequence of str
+        Ids of parts of this job that have ended and are to be done once more.
+
     Returns
     -------
-    Parts to dispatch after the commit: the follow-up, or the job's finale.
+    list of Part
+        What is to be sent after the commit: all that was queued, or else the job's finale.
 
     Raises
     ------
@@ -139,31 +167,32 @@ def finish_part(
         ended.values(state=state, owner=None, lease_until=None).returning(Part.weight)
     )
     job.done += weight or 0
+    job.failed += len(failed_items) + (0 if failure is None else weight or 0)
     job.revision += 1
-    if failure is not None:
-        job.failed += weight or 0
-        if len(job.errors) < MAX_ERRORS:
-            job.errors = [*job.errors, dict(vars(failure))]
-    queued = add_parts(session, job, follow_up)
+    named = [*failed_items, *([] if failure is None else [failure])]
+    room = max(0, MAX_ERRORS - len(job.errors))
+    job.errors = [*job.errors, *(dict(vars(one)) for one in named[:room])]
+    if finale is not None:
+        job.finale = part_to_json(finale)
+    queued = [*_queue_again(session, job, again), *add_parts(session, job, follow_up)]
     return queued or end_if_all_ended(session, job)
 
 
-def report_failures(
-    session: Session, claim: Claim, failures: Sequence[Failure], *, are_counted: bool
-) -> None:
-    """Name items that failed inside a part which goes on.
-
-    Those that no progress counts yet, such as entries of an archive, are counted and done with it.
-    """
-    if failures:
-        job = hold_lease(session, claim)
-        if not are_counted:
-            job.total += len(failures)
-            job.done += len(failures)
-        room = max(0, MAX_ERRORS - len(job.errors))
-        job.errors = [*job.errors, *(dict(vars(failure)) for failure in failures[:room])]
-        job.failed += len(failures)
-        job.revision += 1
+def _queue_again(session: Session, job: Job, part_ids: Sequence[str]) -> list[Part]:
+    """Queue ended parts once more, up to their last attempt; the job forgets what they reported."""
+    if not part_ids:
+        return []
+    chosen = select(Part).where(Part.id.in_(part_ids)).order_by(Part.id).with_for_update()
+    parts = list(session.scalars(chosen))
+    for part in parts:
+        part.state, part.sent_at = "queued", time.time()
+        job.done -= part.weight
+    items = {item_of(part.kind, part.payload) for part in parts}
+    kept = [error for error in job.errors if error["item"] not in items]
+    job.failed -= len(job.errors) - len(kept)
+    job.errors = kept
+    session.flush()
+    return parts
 
 
 def release_part(session: Session, claim: Claim, *, now: float) -> None:

@@ -1,0 +1,152 @@
+"""A worker that dies anywhere leaves nothing behind that another would count twice."""
+
+import io
+import shutil
+import zipfile
+from collections.abc import Callable, Mapping
+from hashlib import sha256
+from pathlib import Path
+
+import pytest
+
+from tests.meshes import bumpy_sphere
+from tests.pipeline.crashes import (
+    Countdown,
+    CrashError,
+    crashing_bench,
+    rows_of,
+    work_until_nothing_is_left,
+)
+from tests.pipeline.evaluations import Zoo
+from tests.pipeline.trainings import begin_bank, begin_training, small_bench, work
+from tests.pipeline.uploads import store_upload
+from workers.geometry.formats import write
+from workers.pipeline.outcome import Outcome, Verb
+from workers.pipeline.plans import plan_activation, query_part, unpack_part
+from workers.pipeline.training_plan import TrainingRequest
+from workers.pipeline.verbs import VERBS
+from workers.pipeline.workbench import Workbench
+from workers.storage.blobs import archive_key, mesh_key
+from workers.storage.collections import create_collection, get_collection
+from workers.storage.jobs import create_job
+from workers.storage.migrate import migrate
+from workers.storage.parts import Claim
+
+
+def pea(seed: int) -> bytes:
+    """A bumpy sphere of 162 vertices as OFF, which is solved quickly."""
+    return write(bumpy_sphere(2, seed), "off")
+
+
+LEARNED = TrainingRequest(transformations=("scale",), strengths=(3,), shapes=2)
+COPIES = TrainingRequest(transformations=("scale",), strengths=(2,), creatures=2)
+
+
+def ingest(bench: Workbench) -> None:
+    store_upload(bench.database, bench.blobs, "zoo", pea(1), pea(2)[:500])
+
+
+def unpack(bench: Workbench) -> None:
+    """Three meshes, one of them twice, one there already; and an entry that is refused."""
+    store_upload(bench.database, bench.blobs, "zoo", pea(1))
+    work(bench)
+    buffer = io.BytesIO()
+    with zipfile.ZipFile(buffer, "w") as archive:
+        for name, seed in (("a", 1), ("b", 2), ("c", 3), ("same", 3)):
+            archive.writestr(f"cats/{name}.off", pea(seed))
+        archive.writestr("../out.off", pea(9))
+    digest = sha256(buffer.getvalue()).hexdigest()
+    bench.blobs.put(archive_key(digest), buffer.getvalue())
+    with bench.database.begin() as session:
+        row = get_collection(session, "zoo")
+        part = unpack_part(row.id, digest, filename="a.zip", label=None, attributes={})
+        create_job(session, kind="ingest", unit="shapes", parts=[part])
+
+
+def query(bench: Workbench) -> None:
+    digest = sha256(pea(1)).hexdigest()
+    bench.blobs.put(mesh_key(digest), pea(1))
+    with bench.database.begin() as session:
+        part = query_part(digest, "heat", "q.off")
+        create_job(session, kind="query", unit="meshes", parts=[part])
+
+
+def activate(bench: Workbench) -> None:
+    store_upload(bench.database, bench.blobs, "zoo", pea(1), pea(2))
+    work(bench)
+    with bench.database.begin() as session:
+        plan_activation(session, "zoo", "commute-time")
+
+
+def evaluate(bench: Workbench) -> None:
+    park = Zoo(bench.database, bench.blobs, bench.settings)
+    park.add("cat.null.0.off", "dog.null.0.off", "cat.holes.1.off", "dog.holes.1.off")
+    park.ask("heat")
+
+
+def train(bench: Workbench) -> None:
+    """Moments are stored already, by another training."""
+    begin_training(bench, "earlier", LEARNED)
+    work(bench)
+    begin_training(bench, "mine", LEARNED)
+
+
+def train_bank(bench: Workbench) -> None:
+    """Descriptors are stored already, by another training."""
+    begin_bank(bench, "earlier", COPIES)
+    work(bench)
+    begin_bank(bench, "mine", COPIES)
+
+
+def end_at_once(_bench: Workbench, _claim: Claim) -> Outcome:
+    return Outcome()
+
+
+UNSOLVED: Mapping[str, Verb] = {**VERBS, "ingest": end_at_once}
+PREPARATIONS: Mapping[Callable[[Workbench], None], Mapping[str, Verb]] = {
+    ingest: VERBS,
+    unpack: UNSOLVED,
+    query: VERBS,
+    activate: VERBS,
+    evaluate: VERBS,
+    train: VERBS,
+    train_bank: VERBS,
+}
+
+
+@pytest.fixture(scope="module", params=PREPARATIONS, ids=lambda prepare: prepare.__name__)
+def prepared(
+    request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory
+) -> tuple[Path, Mapping[str, Verb]]:
+    """A data directory in which a job is queued, and the verbs that do it."""
+    prepare: Callable[[Workbench], None] = request.param
+    folder = tmp_path_factory.mktemp("prepared") / "data"
+    bench = small_bench(folder)
+    migrate(bench.settings)
+    with bench.database.begin() as session:
+        create_collection(session, name="zoo", description="", model="heat")
+    prepare(bench)
+    bench.database.dispose()
+    return folder, PREPARATIONS[prepare]
+
+
+def test_a_crash_after_any_step_changes_nothing_that_is_stored(
+    prepared: tuple[Path, Mapping[str, Verb]], tmp_path: Path
+) -> None:
+    folder, verbs = prepared
+    countdown = Countdown()
+    undisturbed = crashing_bench(shutil.copytree(folder, tmp_path / "undisturbed"), countdown)
+    work_until_nothing_is_left(undisturbed, verbs)
+    expected = rows_of(undisturbed)
+    undisturbed.database.dispose()
+    assert countdown.taken >= 2
+    for steps in range(1, countdown.taken + 1):
+        bench = crashing_bench(
+            shutil.copytree(folder, tmp_path / str(steps)), Countdown(steps=steps)
+        )
+        with pytest.raises(CrashError):
+            work_until_nothing_is_left(bench, verbs)
+        work_until_nothing_is_left(bench, verbs)
+        assert rows_of(bench) == expected, f"after a crash at step {steps}"
+        bench.database.dispose()
+        shutil.rmtree(tmp_path / str(steps))

@@ -1,0 +1,35 @@
+"""Which verb does which kind of part.
+
+A verb computes without any transaction and returns an `Outcome`; it commits and sends nothing.
+To write a new one: a function of workbench and claim, a kind of part in `workers.pipeline.plans`,
+and a line here.
+"""
+
+from collections.abc import Mapping
+
+from workers.pipeline.activate import activate
+from workers.pipeline.evaluate import evaluate
+from workers.pipeline.ingest import ingest
+from workers.pipeline.outcome import Verb
+from workers.pipeline.pair import compute_pair
+from workers.pipeline.query import answer_query
+from workers.pipeline.rank import rank
+from workers.pipeline.redescribe import redescribe
+from workers.pipeline.train import fit
+from workers.pipeline.train_bank import fit_bank
+from workers.pipeline.unpack import unpack
+from workers.pipeline.variant import compute_variant
+
+VERBS: Mapping[str, Verb] = {
+    "ingest": ingest,
+    "unpack": unpack,
+    "query": answer_query,
+    "describe": redescribe,
+    "activate": activate,
+    "pair": compute_pair,
+    "fit": fit,
+    "variant": compute_variant,
+    "fit-bank": fit_bank,
+    "rank": rank,
+    "evaluate": evaluate,
+}
