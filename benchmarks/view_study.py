@@ -37,7 +37,6 @@ def _changed(view: View, name: str, step: str, *instead: Step) -> View:
 
 
 CLOSED, SMOOTH = named_view("closed"), named_view("smooth")
-QUOTIENT = Step("close-loops", {"minimum_quotient": 0.1})
 FAIRED_LITTLE = (Step("fair", {"time": 1e-4}), Step("simplify", {"vertices": 5000}))
 VIEWS: Mapping[str, View] = {
     view.name: view
@@ -49,7 +48,6 @@ VIEWS: Mapping[str, View] = {
         replace(named_view("closed", working_vertices=2500), name="closed of 2,500"),
         named_view("detailed"),
         _changed(CLOSED, "closed, not doubled", "double"),
-        _changed(CLOSED, "closed by quotient", "cap-holes", QUOTIENT),
         _changed(CLOSED, "closed, faired", "simplify", *FAIRED_LITTLE),
         _changed(SMOOTH, "smooth, not faired", "fair"),
         _changed(SMOOTH, "smooth, faired alone", "smooth"),
@@ -71,7 +69,6 @@ SETS: Mapping[str, tuple[str, ...]] = {
         ("closed of 2,500", "smooth"),
         ("detailed", "smooth"),
         ("closed, not doubled", "smooth"),
-        ("closed by quotient", "smooth"),
         ("open", "smooth-open"),
         ("open", "closed", "smooth-open", "smooth"),
     )

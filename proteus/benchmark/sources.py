@@ -10,9 +10,9 @@ import numpy as np
 
 from workers.creatures import Creature, make_creature
 from workers.geometry.cleaning import clean
+from workers.geometry.edges import undirected_edges
 from workers.geometry.formats import parse
 from workers.geometry.mesh import TriangleMesh
-from workers.geometry.topology import undirected_edges
 
 REFINEMENTS = 6  # rings of neighbours by which vertices are told apart
 MULTIPLIER = 0x9E3779B97F4A7C15  # odd: no colour is lost

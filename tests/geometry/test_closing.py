@@ -17,13 +17,13 @@ from tests.meshes import (
 )
 from workers.geometry.arrays import FloatArray
 from workers.geometry.closing import cap, close_loops, double, relative_length
+from workers.geometry.edges import directed_edges
 from workers.geometry.mesh import TriangleMesh
 from workers.geometry.spectrum import first_eigenvalues
 from workers.geometry.topology import (
     boundary_edges,
     boundary_loops,
     count_components,
-    directed_edges,
     euler_characteristic,
 )
 

@@ -10,10 +10,15 @@ from scipy import sparse
 
 from tests.meshes import bumpy_sphere, icosphere, rectangle, union
 from workers.errors import SpectrumError
-from workers.geometry import eigensolver
 from workers.geometry.arrays import FloatArray
 from workers.geometry.certificate import Candidate, is_certified
-from workers.geometry.eigensolver import DENSE_VERTICES, smallest_eigenpairs
+from workers.geometry.eigensolver import (
+    DENSE_VERTICES,
+    STRATEGIES,
+    Strategy,
+    smallest_eigenpairs,
+)
+from workers.geometry.inertia import SOUND_ERROR, factorise
 from workers.geometry.laplacian import Laplacian, cotangent_laplacian, mesh_laplacian
 from workers.geometry.mesh import TriangleMesh
 
@@ -141,21 +146,81 @@ def test_a_candidate_that_misses_one_eigenvalue_is_not_certified() -> None:
         assert not is_certified(matrix, roots, lacking, 10)
 
 
-def test_what_no_strategy_can_certify_is_an_error(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(eigensolver, "is_certified", lambda *_: False)
-    monkeypatch.setattr(eigensolver, "_LAST_RESORT_VERTICES", 0)
+def _candidate(values: list[float]) -> Candidate:
+    """All nonzero eigenvalues of a matrix, known to 1e-9."""
+    found = np.array(values)
+    return Candidate(found, found - 1e-9, found + 1e-9, np.arange(len(found)))
+
+
+def _beside_a_stiff_vertex(eigenvalues: list[float], stiffness: float) -> sparse.csc_array:
+    """A full matrix of these eigenvalues, and one stiff vertex as slivers make it."""
+    n = len(eigenvalues)
+    turn = np.linalg.qr(np.random.default_rng(1).normal(size=(n, n)))[0]
+    matrix = turn @ np.diag(eigenvalues) @ turn.T
+    blocks = [0.5 * (matrix + matrix.T), np.array([[stiffness]])]
+    return sparse.csc_array(sparse.block_diag(blocks))
+
+
+@pytest.mark.parametrize(
+    "values",
+    [
+        [1.0, 2.0, 2.001, 3.0, 4.0],
+        [1.0, 2.0, 2.0000001, 2.0000002, 2.0000003, 4.0],
+    ],
+)
+def test_a_gap_too_narrow_for_its_factor_gives_way_to_a_wider_one(values: list[float]) -> None:
+    # Rounding of 1e-16 in a trace of 1e14 moves eigenvalues by 0.01: nobody can tell on which side
+    # of a shift in the first gap they lie, but in a gap of 1 and more anybody can.
+    matrix = _beside_a_stiff_vertex([0.0, *values], 1e14)
+    assert is_certified(matrix, np.ones(matrix.shape[0]), _candidate(values), 2)
+
+
+def test_gaps_that_are_all_too_narrow_certify_nothing() -> None:
+    values = [1.0, 1.001, 1.002, 1.003]
+    matrix = _beside_a_stiff_vertex([0.0, *values], 1e14)
+    assert not is_certified(matrix, np.ones(matrix.shape[0]), _candidate(values), 2)
+
+
+def test_a_wider_gap_does_not_certify_what_misses_an_eigenvalue() -> None:
+    values = [1.0, 1.5, 2.0, 2.001, 3.0, 4.0]
+    matrix = _beside_a_stiff_vertex([0.0, *values], 1e14)
+    for missing in (0, 1, 2):
+        lacking = _candidate(values[:missing] + values[missing + 1 :])
+        assert not is_certified(matrix, np.ones(matrix.shape[0]), lacking, 3)
+
+
+def test_a_shift_that_costs_digits_gives_way_to_another_in_the_same_gap() -> None:
+    # In the middle of the gap, 2, the first pivot is 1e-5 and the factor loses three digits.
+    full = np.array([[2.00001, 0.0, 1.0], [0.0, 3.0, 1.0], [1.0, 1.0, 2.5]])
+    values = np.linalg.eigvalsh(full)  # (3,): 1.0, 2.5, 4.0
+    matrix = sparse.csc_array(sparse.block_diag([full, np.zeros((1, 1)), np.array([[1e13]])]))
+    middle = factorise(matrix, 2.0)
+    assert middle is not None
+    assert middle.backward_error > SOUND_ERROR
+    upper = values + np.array([0.5, 1e-9, 1e-9])
+    candidate = Candidate(values, values - np.array([1e-9, 5e-6, 1e-9]), upper, np.arange(3))
+    assert is_certified(matrix, np.ones(5), candidate, 1)
+
+
+def test_what_no_strategy_can_certify_is_solved_densely_or_an_error() -> None:
     laplacian = mesh_laplacian(bumpy_sphere(3))
+    n = len(laplacian.areas)
+    too_wide = (Strategy(block=n, position=0.45),)  # no room for a second block
+    values, _ = smallest_eigenpairs(
+        laplacian.stiffness, laplacian.areas, 10, strategies=too_wide, last_resort=n
+    )
+    assert_allclose(values, _by_lapack(laplacian, 10), rtol=1e-10)
     with pytest.raises(SpectrumError, match="could not be certified"):
-        smallest_eigenpairs(laplacian.stiffness, laplacian.areas, 10)
+        smallest_eigenpairs(
+            laplacian.stiffness, laplacian.areas, 10, strategies=too_wide, last_resort=n - 1
+        )
 
 
-@pytest.mark.parametrize("strategy", eigensolver._STRATEGIES)
-def test_every_strategy_by_itself_gives_the_same_eigenvalues(
-    strategy: eigensolver._Strategy, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(eigensolver, "_LAST_RESORT_VERTICES", 0)
+@pytest.mark.parametrize("strategy", STRATEGIES)
+def test_every_strategy_by_itself_gives_the_same_eigenvalues(strategy: Strategy) -> None:
     laplacian = mesh_laplacian(bumpy_sphere(4))
     expected, _ = smallest_eigenpairs(laplacian.stiffness, laplacian.areas, 30)
-    monkeypatch.setattr(eigensolver, "_STRATEGIES", (strategy,))
-    values, _ = smallest_eigenpairs(laplacian.stiffness, laplacian.areas, 30)
+    values, _ = smallest_eigenpairs(
+        laplacian.stiffness, laplacian.areas, 30, strategies=(strategy,), last_resort=0
+    )
     assert_allclose(values, expected, rtol=1e-10)

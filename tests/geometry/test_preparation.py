@@ -39,14 +39,6 @@ def test_the_default_view_closes_refines_and_simplifies() -> None:
     assert prepare(bumpy_sphere(4), view).mesh.n_vertices == pytest.approx(1500, rel=0.02)
 
 
-def test_models_of_before_close_loops_by_their_quotient() -> None:
-    step = Step("close-loops", {"minimum_quotient": 0.1})
-    closed = prepare(cylinder(20, 10), View("closed", (step,))).mesh
-    assert len(boundary_loops(closed)) == 0
-    strip = rectangle(60, 1, 60.0, 1.0)  # quotient 4π·60 / 122² = 0.05
-    assert prepare(strip, View("closed", (step,))).mesh is strip
-
-
 def test_the_open_view_leaves_the_boundary() -> None:
     assert len(boundary_loops(prepare(cylinder(40, 30), open_view()).mesh)) == 2
 
@@ -139,7 +131,7 @@ def test_whole_numbers_and_floats_have_one_key() -> None:
         (
             "melt",
             {},
-            "no preparation step 'melt'; expected one of .'cap-holes', 'close-loops', 'double'",
+            "no preparation step 'melt'; expected one of .'cap-holes', 'double'",
         ),
         ("refine", {}, "takes 'vertices', but was given"),
         ("refine", {"vertices": 1, "speed": 2}, "speed"),

@@ -17,12 +17,11 @@ from tests.meshes import (
     translated,
     union,
 )
-from workers.geometry import simplification
 from workers.geometry.arrays import FloatArray
 from workers.geometry.canonical import canonical_frame
 from workers.geometry.cleaning import clean
 from workers.geometry.mesh import TriangleMesh
-from workers.geometry.simplification import simplify
+from workers.geometry.simplification import decimate_by_error, simplify
 from workers.geometry.spectrum import first_eigenvalues
 from workers.geometry.topology import boundary_loops, count_components, euler_characteristic
 
@@ -105,14 +104,13 @@ def dumbbell(n: int = 40) -> TriangleMesh:
     return TriangleMesh(profile, tube.faces)
 
 
-def test_a_broken_connection_is_found_and_redone_finer(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_broken_connection_is_found_and_redone_finer() -> None:
     mesh = dumbbell()
-    honest = simplification._decimated
 
     def cutting(
         mesh: TriangleMesh, target: int, aggressiveness: float, *, keep_border: bool
     ) -> TriangleMesh:
-        coarse = honest(mesh, target, aggressiveness, keep_border=keep_border)
+        coarse = decimate_by_error(mesh, target, aggressiveness, keep_border=keep_border)
         if target > 1500:
             return coarse
         slit = np.abs(coarse.vertices[coarse.faces].mean(axis=1) @ axis - middle) > 0.06
@@ -121,20 +119,18 @@ def test_a_broken_connection_is_found_and_redone_finer(monkeypatch: pytest.Monke
     frame = canonical_frame(mesh)
     axis = frame.axes @ np.array([0.0, 0.0, 1.0])
     middle = float(frame.enter(np.array([[0.0, 0.0, 2.0]]))[0] @ axis)
-    monkeypatch.setattr(simplification, "_decimated", cutting)
-    simplified = simplify(mesh, vertices=1000)
+    simplified = simplify(mesh, vertices=1000, decimate=cutting)
     assert simplified.mesh.n_vertices == pytest.approx(2000, rel=0.05)
     assert any("components instead of 1" in note for note in simplified.checked)
 
 
-def test_eigenvalues_that_moved_are_found(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_eigenvalues_that_moved_are_found() -> None:
     mesh = dumbbell()
-    honest = simplification._decimated
 
     def strangling(
         mesh: TriangleMesh, target: int, aggressiveness: float, *, keep_border: bool
     ) -> TriangleMesh:
-        coarse = honest(mesh, target, aggressiveness, keep_border=keep_border)
+        coarse = decimate_by_error(mesh, target, aggressiveness, keep_border=keep_border)
         if target > 1500:
             return coarse
         height = coarse.vertices @ axis - middle
@@ -145,17 +141,15 @@ def test_eigenvalues_that_moved_are_found(monkeypatch: pytest.MonkeyPatch) -> No
     frame = canonical_frame(mesh)
     axis = frame.axes @ np.array([0.0, 0.0, 1.0])
     middle = float(frame.enter(np.array([[0.0, 0.0, 2.0]]))[0] @ axis)
-    monkeypatch.setattr(simplification, "_decimated", strangling)
-    simplified = simplify(mesh, vertices=1000)
+    simplified = simplify(mesh, vertices=1000, decimate=strangling)
     assert simplified.mesh.n_vertices == pytest.approx(2000, rel=0.05)
     assert any("eigenvalue 1 is" in note for note in simplified.checked)
 
 
-def test_the_original_is_kept_where_nothing_passes(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_original_is_kept_where_nothing_passes() -> None:
     mesh = subdivided(icosphere(3))
     nothing = TriangleMesh(np.zeros((0, 3)), np.zeros((0, 3), dtype=np.int64))
-    monkeypatch.setattr(simplification, "_decimated", lambda *_, **__: nothing)
-    simplified = simplify(mesh, vertices=1000)
+    simplified = simplify(mesh, vertices=1000, decimate=lambda *_, **__: nothing)
     assert simplified.mesh is mesh
     assert simplified.checked[-1] == "kept all 2,562 vertices"
 

@@ -18,6 +18,7 @@ from tests.meshes import (
     union,
 )
 from workers.geometry.arrays import IntArray
+from workers.geometry.edges import undirected_edges
 from workers.geometry.mesh import TriangleMesh
 from workers.geometry.topology import (
     boundary_edges,
@@ -25,7 +26,6 @@ from workers.geometry.topology import (
     count_components,
     euler_characteristic,
     face_components,
-    undirected_edges,
     vertex_components,
 )
 

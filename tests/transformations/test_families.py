@@ -10,6 +10,7 @@ from scipy.sparse.csgraph import dijkstra
 from tests.meshes import bumpy_sphere, icosphere, torus, translated, union
 from workers.creatures import make_creature
 from workers.geometry.arrays import FloatArray
+from workers.geometry.edges import length_graph, undirected_edges
 from workers.geometry.mesh import TriangleMesh
 from workers.geometry.spectrum import compute_spectrum, first_eigenvalues
 from workers.geometry.topology import (
@@ -17,12 +18,11 @@ from workers.geometry.topology import (
     boundary_loops,
     count_components,
     euler_characteristic,
-    undirected_edges,
 )
 from workers.rendering.rasterising import rasterise
 from workers.transformations import STRENGTHS, elasticity, transform
 from workers.transformations.elasticity import ElasticSurface
-from workers.transformations.metric import length_graph, mean_edge
+from workers.transformations.metric import mean_edge
 from workers.transformations.resampling import decimated
 from workers.transformations.strengths import TABLE
 from workers.transformations.visibility import seen_faces

@@ -9,12 +9,12 @@ from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 from skimage.measure import marching_cubes
 
 from workers.creatures.skeleton import Capsule
 from workers.geometry.arrays import FloatArray, IntArray
+from workers.geometry.mesh import TriangleMesh
+from workers.geometry.topology import euler_characteristic, vertex_components
 
 _ATTEMPTS = 6  # to meet the number of vertices, on a grid that keeps limbs apart
 _FAR = 8.0  # softnesses from a group beyond which it is not felt: exp(-8) = 0.0003
@@ -183,10 +183,8 @@ def _norm(vectors: FloatArray, power: float) -> tuple[FloatArray, FloatArray]:
 
 def _is_sphere(points: FloatArray, faces: IntArray) -> bool:
     """Whether a closed surface is one piece without a handle."""
-    edges = faces[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
-    ones, n = np.ones(len(edges), dtype=np.int8), len(points)
-    pieces, _ = connected_components(coo_array((ones, edges.T), shape=(n, n)), directed=False)
-    return pieces == 1 and n - len(edges) // 2 + len(faces) == 2
+    mesh = TriangleMesh(points, faces)
+    return vertex_components(mesh).max() == 0 and euler_characteristic(mesh) == 2
 
 
 def _march(

@@ -3,10 +3,12 @@
 from collections.abc import Callable
 
 import numpy as np
-from scipy.sparse import coo_array, csr_array
+from scipy import sparse
 
 from workers.geometry.arrays import FloatArray, IntArray
+from workers.geometry.edges import symmetric_graph, undirected_edges
 from workers.geometry.mesh import TriangleMesh
+from workers.geometry.normals import vertex_normals
 
 Field = Callable[[FloatArray], FloatArray]
 
@@ -32,49 +34,33 @@ def relax(points: FloatArray, faces: IntArray, field: Field, spacing: float) -> 
     -------
     (n, 3) float64
     """
-    average = neighbour_average(faces, len(points))
+    average = neighbour_average(TriangleMesh(points, faces))
     for _ in range(_ROUNDS):
         for _ in range(_STEPS):
             shift = average @ points - points
-            normals = vertex_normals(points, faces)
+            normals = vertex_normals(TriangleMesh(points, faces))
             shift -= (shift * normals).sum(axis=1, keepdims=True) * normals
             points = points + 0.6 * shift
         points = _projected(points, field, spacing)
     return points
 
 
-def neighbour_average(faces: IntArray, n_vertices: int) -> csr_array:
+def neighbour_average(mesh: TriangleMesh) -> sparse.csr_array:
     """Matrix whose rows average over a vertex's neighbours.
 
     Parameters
     ----------
-    faces : (m, 3) int64
-        Of a closed surface.
-    n_vertices : int
-        n.
+    mesh : TriangleMesh
+        Of n vertices; closed, so that each edge counts once.
 
     Returns
     -------
     (n, n) sparse float64, rows of sum 1
     """
-    rows = faces[:, [0, 1, 2]].ravel()
-    columns = faces[:, [1, 2, 0]].ravel()  # each edge of a closed surface once in each direction
-    matrix = coo_array((np.ones(len(rows)), (rows, columns)), shape=(n_vertices, n_vertices))
-    averages = matrix.tocsr()
+    edges = undirected_edges(mesh)
+    averages = symmetric_graph(edges, np.ones(len(edges)), mesh.n_vertices)
     averages.data = averages.data / np.repeat(averages.sum(axis=1), np.diff(averages.indptr))
     return averages
-
-
-def vertex_normals(points: FloatArray, faces: IntArray) -> FloatArray:
-    """Unit normals (n, 3), weighted by the areas around."""
-    normals = TriangleMesh(points, faces).face_normals  # (m, 3)
-    sums = [
-        np.bincount(faces.ravel(), np.repeat(normals[:, axis], 3), minlength=len(points))
-        for axis in range(3)
-    ]
-    total = np.stack(sums, axis=1)
-    unit: FloatArray = total / np.maximum(np.linalg.norm(total, axis=1, keepdims=True), 1e-300)
-    return unit
 
 
 def _projected(points: FloatArray, field: Field, spacing: float) -> FloatArray:

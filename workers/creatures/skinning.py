@@ -1,14 +1,18 @@
 """How skin follows bones: smooth weights along the surface, and blended rigid motions."""
 
 import numpy as np
-from scipy.sparse import coo_array, csc_array
-from scipy.sparse.linalg import splu
+from scipy import sparse
 
 from workers.creatures.implicit import capsule_distance
 from workers.creatures.skeleton import Capsule, Skeleton
 from workers.geometry.arrays import FloatArray, IntArray
+from workers.geometry.edges import symmetric_graph
+from workers.geometry.elements import LAST, NEXT, corner_cotangents, lumped_areas
+from workers.geometry.factorisation import SymmetricFactor
+from workers.geometry.mesh import TriangleMesh
 
 _WIDTH = 0.55  # of the transition between two bones, in radii of the flesh there
+_COTANGENTS = (0.05, 20.0)  # held within: no needle decides
 _CONTRAST = 0.15  # radii by which a capsule must be nearer to be the only one that counts
 
 
@@ -36,11 +40,7 @@ def skin_weights(
     (n, b) float64, not negative, rows of sum 1
     """
     owned, radius = _partition(capsules, points, skeleton.n_bones)  # (n, b), (n,)
-    system = _diffusion(points, faces, _WIDTH * radius)
-    weights = owned
-    for _ in range(2):
-        weights = system.solve(weights)
-    weights = np.clip(weights, 0.0, None)
+    weights = np.clip(_diffused(owned, points, faces, _WIDTH * radius), 0.0, None)
     shares: FloatArray = weights / weights.sum(axis=1, keepdims=True)
     return shares
 
@@ -119,45 +119,31 @@ def _partition(
     return owned / owned.sum(axis=1, keepdims=True), radii[np.arange(len(points)), best]
 
 
-class _Implicit:
-    """A factorised diffusion step."""
+def _diffused(
+    owned: FloatArray, points: FloatArray, faces: IntArray, widths: FloatArray
+) -> FloatArray:
+    """Values (n, b) after two implicit steps of diffusion that spread over widths (n,).
 
-    def __init__(self, matrix: csc_array, masses: FloatArray) -> None:
-        self._factors = splu(matrix, permc_spec="MMD_AT_PLUS_A", options={"SymmetricMode": True})
-        self._masses = masses
-
-    def solve(self, values: FloatArray) -> FloatArray:
-        """Values (n, b) after the step, their area-weighted mean unchanged."""
-        after: FloatArray = self._factors.solve(self._masses[:, None] * values)
-        return after
-
-
-def _diffusion(points: FloatArray, faces: IntArray, widths: FloatArray) -> _Implicit:
-    """(M + L) with conductances so that a step spreads over widths (n,)."""
+    Each step solves (M + L) new = M old. Area-weighted means stay.
+    """
     n = len(points)
-    corners = points[faces]  # (m, 3, 3)
-    doubled = np.linalg.norm(
-        np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1
+    doubled = np.linalg.norm(TriangleMesh(points, faces).face_normals, axis=1)  # (m,)
+    masses = lumped_areas(faces, 0.5 * doubled, n)  # (n,)
+    # all positive, so that shares stay between 0 and 1 (but for rounding)
+    cotangents = corner_cotangents(points[faces], doubled, in_order=True)  # (m, 3)
+    cotangents = np.clip(cotangents, *_COTANGENTS)
+    reach = 0.5 * (widths[faces[:, NEXT]] + widths[faces[:, LAST]])  # (m, 3)
+    opposite = np.stack([faces[:, NEXT], faces[:, LAST]], axis=2)  # (m, 3, 2)
+    conductances = symmetric_graph(
+        np.concatenate([opposite[:, c] for c in range(3)]),
+        np.concatenate([0.5 * cotangents[:, c] * reach[:, c] ** 2 for c in range(3)]),
+        n,
     )
-    masses: FloatArray = np.asarray(
-        np.bincount(faces.ravel(), np.repeat(doubled / 6.0, 3), minlength=n), dtype=np.float64
-    )
-    rows, columns, values = [], [], []
-    for i in range(3):
-        j, k = (i + 1) % 3, (i + 2) % 3
-        first, second = corners[:, j] - corners[:, i], corners[:, k] - corners[:, i]
-        cotangent = np.clip((first * second).sum(axis=1) / doubled, 0.05, 20.0)
-        reach = (widths[faces[:, j]] + widths[faces[:, k]]) / 2.0
-        rows.append(faces[:, j])
-        columns.append(faces[:, k])
-        values.append(0.5 * cotangent * reach**2)
-    row, column, value = (np.concatenate(capsule) for capsule in (rows, columns, values))
-    edges = coo_array((value, (row, column)), shape=(n, n)).tocsc()
-    conductances = edges + edges.T
-    diagonal = masses + np.asarray(conductances.sum(axis=0), dtype=np.float64)  # (n,)
-    places = np.arange(n)
-    matrix = coo_array((diagonal, (places, places)), shape=(n, n)).tocsc() - conductances
-    return _Implicit(csc_array(matrix), masses)
+    diagonal = masses + np.asarray(conductances.sum(axis=1), dtype=np.float64)  # (n,)
+    system = SymmetricFactor(sparse.diags_array(diagonal) - conductances)
+    for _ in range(2):
+        owned = system.solve(masses[:, None] * owned)
+    return owned
 
 
 def _rotations(turns: FloatArray) -> FloatArray:

@@ -10,8 +10,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from workers.geometry.arrays import FloatArray, IntArray
+from workers.geometry.edges import edge_lengths, undirected_edges
 from workers.geometry.mesh import TriangleMesh
-from workers.geometry.topology import undirected_edges
 
 GRID = 2.0**-22  # canonical coordinates are rounded to this, far above rounding errors
 SEPARATIONS = (1e-5, 1e-8)  # keys nearer than this are equal; unit area, first try and second
@@ -117,7 +117,7 @@ class _Mixing:
 
     def __init__(self, points: FloatArray, edges: IntArray) -> None:
         self._edges = edges
-        self._lengths = np.linalg.norm(points[edges[:, 0]] - points[edges[:, 1]], axis=1)  # (e,)
+        self._lengths = edge_lengths(points, edges)  # (e,)
         ones = np.ones(len(points))
         totals = _summed(ones, edges, self._lengths)
         self._totals = np.where(totals > 0, totals, 1.0)  # unreferenced vertices have no edge

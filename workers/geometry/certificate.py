@@ -1,5 +1,6 @@
 """What turns Ritz pairs into a result: the count by inertia, and the residuals."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -7,22 +8,42 @@ import scipy.linalg
 from scipy import sparse
 
 from workers.geometry.arrays import FloatArray, IntArray
-from workers.geometry.inertia import ShiftedFactor, factorise_between
+from workers.geometry.inertia import SOUND_ERROR, ShiftedFactor, factors_between
 
 RESIDUAL = 1e-10
-"""Relative residual that the search must reach; ten times that is accepted in the end."""
+"""Relative residual that the search must reach; ten times that is accepted in the end.
 
-_GAP = 1e-8  # relative width of a gap between eigenvalues in which the certificate can stand
+Chosen, not measured: it leaves the eigenvalues of LAPACK and Lanczos equal to 1e-10
+(``tests/geometry/test_eigensolver.py``), far below the error of any mesh.
+"""
+
+# Relative width of a gap between eigenvalues. Chosen, not measured: narrower than `_GAP` is one
+# cluster, whose members differ less than any descriptor can tell; in a `_WIDE` gap the factor of a
+# mesh without slivers certifies at the first try.
+_GAP = 1e-8
+_WIDE = 1e-4
+_REFINEMENTS = 3  # chosen, not measured: one step takes off some five digits
+_NEAR = 8  # gaps above the k-th eigenvalue that are looked at: farther ones have not converged
 
 
 @dataclass(frozen=True, eq=False)
 class Candidate:
-    """Eigenvalues seen through a Krylov space, ascending, with bounds and where they come from."""
+    """Eigenvalues seen through a Krylov space, with bounds and where they come from.
 
-    values: FloatArray  # (m,)
-    lower: FloatArray  # (m,) an eigenvalue lies between lower and upper
-    upper: FloatArray  # (m,)
-    indices: IntArray  # (m,) of the Ritz pairs
+    Attributes
+    ----------
+    values : (m,) float64
+        Without the zero mode, ascending, in 1/area.
+    lower, upper : (m,) float64
+        An eigenvalue lies between the two.
+    indices : (m,) int64
+        Of the Ritz pairs that the values belong to.
+    """
+
+    values: FloatArray
+    lower: FloatArray
+    upper: FloatArray
+    indices: IntArray
 
 
 def is_certified(
@@ -30,43 +51,98 @@ def is_certified(
 ) -> bool:
     """Whether the inertia in a gap at the k-th eigenvalue equals the number found below it.
 
-    The gap lies above the k-th eigenvalue, after as many more as belong to its cluster. Where not
-    all of a cluster was found the gap below it serves, if the cluster is so narrow that it does
-    not matter which of its members were taken. A rounding error E of the factor moves an eigenvalue
-    by φᵀEφ, about its relative size times the trace of W at most; the gap must be wider.
+    By Sylvester's law of inertia the negative pivots of S - τI count the eigenvalues below τ. A
+    rounding error E of the factor moves an eigenvalue by φᵀEφ, at most about its relative size
+    times the trace of W; τ must be farther than that from both ends of its gap.
+
+    Parameters
+    ----------
+    matrix : (n, n) sparse
+        S = A^-1/2 W A^-1/2, at area 1.
+    zero_mode : (n,) float64
+        Square roots of the vertices' areas: the eigenvector of S for the eigenvalue 0.
+    candidate : Candidate
+        At least ``count`` eigenvalues.
+    count : int
+        k, the number of eigenvalues to certify.
+
+    Returns
+    -------
+    bool
+        True if some gap has the right count, and is wider than the rounding error of its factor.
     """
+    trace = _trace(matrix, zero_mode)
+    for found, low, high in _gaps(candidate, count):
+        for factor in factors_between(matrix, low, high):
+            # Another number than was found (and the zero mode): an eigenvalue was missed.
+            if factor.n_below != found + 1:
+                break
+            uncertainty = 2.0 * factor.backward_error * trace
+            if low + uncertainty < factor.shift < high - uncertainty:
+                return True
+            # The count fits, but the gap is too narrow for this factor. If a tiny pivot cost it
+            # digits, another shift in the gap may do; if not, only a wider gap can.
+            if factor.backward_error <= SOUND_ERROR:
+                break
+    return False
+
+
+def _gaps(candidate: Candidate, count: int) -> Iterator[tuple[int, float, float]]:
+    """Gaps that can certify ``count`` eigenvalues: how many lie below, and the two ends."""
     values = candidate.values
     widths = (candidate.lower[1:] - candidate.upper[:-1]) / values[1:]  # (m - 1,): after i + 1
+    # A gap above the k-th eigenvalue, where as many more were found as belong to its cluster.
     above = [m for m in range(count, len(values)) if widths[m - 1] > _GAP]
-    comfortable = [m for m in above[:8] if widths[m - 1] > 1e-4]
-    gaps = [(m, candidate.upper[m - 1], candidate.lower[m]) for m in (comfortable or above)[:1]]
-    first = int(np.searchsorted(values, values[count - 1] * (1.0 - _GAP)))  # of the cluster
+    near = above[:_NEAR]
+    # The first that is wide has the fewest eigenvalues below it, so the least that may be missed.
+    first_wide = [m for m in near if widths[m - 1] > _WIDE]
+    tried = (first_wide or above)[:1]
+    # On slivers it can be too narrow still: then the widest of those near.
+    widest = max(near, key=lambda m: float(widths[m - 1]), default=None)
+    if widest is not None and widest not in tried:
+        tried.append(widest)
+    for m in tried:
+        yield m, float(candidate.upper[m - 1]), float(candidate.lower[m])
+    # Where not all of the cluster was found, the gap below it serves. It begins at most 1e-8 below
+    # the cluster: a member that was missed then differs from the one returned by no more.
+    first = int(np.searchsorted(values, values[count - 1] * (1.0 - _GAP)))
     floor = max(candidate.upper[first - 1] if first > 0 else 0.0, values[first] * (1.0 - _GAP))
-    gaps.append((first, floor, candidate.lower[first]))
-    for found, low, high in gaps:
-        factor = factorise_between(matrix, low, high) if low < high else None
-        if factor is not None and factor.n_below == found + 1:  # and the zero mode
-            uncertainty = 2.0 * factor.backward_error * _trace(matrix, zero_mode)
-            return bool(low + uncertainty < factor.shift < high - uncertainty)
-    return False
+    yield first, float(floor), float(candidate.lower[first])
 
 
 def polished(
     matrix: sparse.csc_array, factor: ShiftedFactor, vectors: FloatArray
 ) -> tuple[FloatArray, FloatArray] | None:
-    """Rayleigh-Ritz on the found vectors (n, k); None if a residual stays above what is promised.
+    """Eigenpairs of S by Rayleigh-Ritz on the found vectors, refined until residuals are small.
 
-    Where the residual r = S x - λ x is too large, (S - shift I)⁻¹ r is taken from x: a step of
-    inverse iteration whose own errors are relative to r, so that it removes what inexact solves
-    left, above all on stiff vertices. The rounding error of S x itself is allowed for: on slivers
-    it is all there is.
+    Where the residual r = S x - λ x is too large, (S - shift I)⁻¹ r is taken from x. That is a step
+    of inverse iteration. Its own errors are relative to r, so it removes what inexact solves
+    left, above all on stiff vertices.
+
+    Parameters
+    ----------
+    matrix : (n, n) sparse
+        S, at area 1.
+    factor : ShiftedFactor
+        Of S at a shift inside the wanted range.
+    vectors : (n, k) float64
+        Span the wanted eigenspace, nearly; need not be orthonormal.
+
+    Returns
+    -------
+    values : (k,) float64
+        Ascending, in 1/area.
+    vectors : (n, k) float64
+        Orthonormal. None instead of both if a residual stays above `RESIDUAL` times 10.
     """
-    for _ in range(3):
+    for _ in range(_REFINEMENTS):
+        # Rayleigh-Ritz: the best eigenpairs that the span of the vectors has.
         image = matrix @ vectors  # (n, k)
         energy = vectors.T @ image
         values, rotation = scipy.linalg.eigh(0.5 * (energy + energy.T), vectors.T @ vectors)
         vectors = vectors @ rotation
         residuals = image @ rotation - values * vectors  # (n, k)
+        # The rounding error of S x itself is allowed for: on slivers it is all there is.
         rounding = np.linalg.norm(abs(matrix) @ np.abs(vectors), axis=0)
         allowed = 10.0 * RESIDUAL * values + 64.0 * np.finfo(np.float64).eps * rounding
         if np.all(np.linalg.norm(residuals, axis=0) <= allowed):

@@ -31,28 +31,24 @@ def relative_length(mesh: TriangleMesh, loop: IntArray) -> float:
     return float(perimeter**2 / mesh.area)
 
 
-def isoperimetric_quotient(mesh: TriangleMesh, loop: IntArray) -> float:
-    """4π |a| / p² of a boundary loop (l,): 1 for a circle, π/4 for a square, 0 for a slit.
+def close_loops(mesh: TriangleMesh, *, longest: float) -> TriangleMesh:
+    """Mesh whose short boundary loops are closed.
 
-    a is the vector area and p the perimeter; the quotient has no unit, but changes with the pose.
-    """
-    points = mesh.vertices[loop]
-    following = np.roll(points, -1, axis=0)
-    centre = points.mean(axis=0)
-    vector_area = 0.5 * np.cross(points - centre, following - centre).sum(axis=0)  # (3,)
-    perimeter = np.linalg.norm(following - points, axis=1).sum()
-    return float(4.0 * np.pi * np.linalg.norm(vector_area) / perimeter**2) if perimeter else 0.0
+    Each is filled by concentric rings to its centroid, with triangles about as long as its own
+    edges. Copies that are rotated, scaled or renumbered get the same caps.
 
+    Parameters
+    ----------
+    mesh : TriangleMesh
+        Clean.
+    longest : float
+        Largest `relative_length` of a loop that is closed.
 
-def close_loops(
-    mesh: TriangleMesh, *, longest: float = np.inf, minimum_quotient: float = 0.0
-) -> TriangleMesh:
-    """Mesh whose short, or whose compact, boundary loops are closed.
-
-    Each loop whose `relative_length` is at most ``longest`` and whose `isoperimetric_quotient` is
-    at least ``minimum_quotient`` is filled by concentric rings to its centroid, with triangles
-    about as long as its own edges. The vertices and faces of the mesh stay the first ones, in their
-    order; copies that are rotated, scaled or renumbered get the same caps.
+    Returns
+    -------
+    TriangleMesh
+        The vertices and faces of the mesh stay the first ones, in their order. The mesh itself if
+        there is nothing to close.
     """
     rim = boundary_edges(mesh)
     if len(rim) == 0:
@@ -63,9 +59,7 @@ def close_loops(
     closed = [
         loop
         for loop in loops
-        if relative_length(mesh, loop) <= longest
-        and isoperimetric_quotient(mesh, loop) >= minimum_quotient
-        and tuple(sorted(loop.tolist())) not in lone
+        if relative_length(mesh, loop) <= longest and tuple(sorted(loop.tolist())) not in lone
     ]
     vertices, faces = [mesh.vertices], [mesh.faces]
     n_vertices = mesh.n_vertices

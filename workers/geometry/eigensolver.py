@@ -1,5 +1,6 @@
 """The smallest eigenpairs of W φ = λ A φ on one connected surface, certified by inertia."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,38 +14,57 @@ from workers.geometry.inertia import ShiftedFactor, factorise, factorise_between
 from workers.geometry.lanczos import BlockLanczos, RitzPairs
 
 DENSE_VERTICES = 500
-"""Up to so many vertices LAPACK computes all eigenpairs."""
+"""Up to so many vertices LAPACK computes all eigenpairs; decision 0020 has the crossing."""
 
-_LAST_RESORT_VERTICES = 4000
+_DENSE_SHARE = 5  # where more than a fifth of all eigenpairs are wanted LAPACK computes all
+_LAST_RESORT_VERTICES = 4000  # the most that LAPACK is given when all else failed; chosen, 30 s
 _START_SEED = 20140717  # of the first Lanczos block: the same mesh gives the same bits
+_MOST_REFUSALS = 3  # by the certificate, before the next strategy is tried; chosen, not measured
+_ZERO = 1e-10  # at area 1 a second eigenvalue below this is a second zero mode
 
 
 @dataclass(frozen=True)
-class _Strategy:
-    """How to search: Lanczos block (0: more than the pairs wanted), place of the shift."""
+class Strategy:
+    """One way to search.
+
+    Attributes
+    ----------
+    block : int
+        Columns of a Lanczos block; 0 for some more than the pairs wanted.
+    position : float
+        Of the shift, in units of Weyl's estimate 4πk of the k-th eigenvalue at area 1.
+    """
 
     block: int
-    position: float  # of the shift, in units of Weyl's estimate of the k-th eigenvalue
+    position: float
 
 
-# From the fastest to the surest. Below the spectrum (the last) the factor is definite, and a block
-# wider than k finds every copy of a multiple eigenvalue.
-_STRATEGIES = (
-    _Strategy(block=8, position=0.45),
-    _Strategy(block=8, position=0.37),
-    _Strategy(block=32, position=0.41),
-    _Strategy(block=0, position=-0.02),
+STRATEGIES = (
+    Strategy(block=8, position=0.45),
+    Strategy(block=8, position=0.37),
+    Strategy(block=32, position=0.41),
+    Strategy(block=0, position=-0.02),
 )
+"""From the fastest to the surest; block and shift of the first are measured in decision 0020.
+
+Below the spectrum (the last) the factor is definite, and a block wider than k finds every copy of
+a multiple eigenvalue.
+"""
 
 
 def smallest_eigenpairs(
-    stiffness: sparse.csc_array, areas: FloatArray, n_eigenpairs: int
+    stiffness: sparse.csc_array,
+    areas: FloatArray,
+    n_eigenpairs: int,
+    *,
+    strategies: Sequence[Strategy] = STRATEGIES,
+    last_resort: int = _LAST_RESORT_VERTICES,
 ) -> tuple[FloatArray, FloatArray]:
     """Smallest nonzero eigenpairs of W φ = λ A φ of one connected component, eq. (9).
 
-    Area is scaled to 1 inside. Small problems are solved densely; others by shift-and-invert block
-    Lanczos with the shift inside the wanted range, and returned only if, by Sylvester's law,
-    the inertia of S - τI for a τ in a gap at the k-th eigenvalue equals the number found.
+    Area is scaled to 1 inside. Small problems are solved densely, others by shift-and-invert
+    block Lanczos with the shift inside the wanted range. Its result is returned only if it is
+    certified: by Sylvester's law of inertia, no eigenvalue below the last one is missing.
 
     Parameters
     ----------
@@ -54,6 +74,10 @@ def smallest_eigenpairs(
         Positive diagonal of A.
     n_eigenpairs : int
         k; all n - 1 where there are fewer.
+    strategies : sequence of Strategy
+        Tried in turn until one is certified.
+    last_resort : int
+        Most vertices that are solved densely where no strategy was certified.
 
     Returns
     -------
@@ -73,11 +97,11 @@ def smallest_eigenpairs(
         return np.empty(0), np.empty((n_vertices, 0))
     total = float(areas.sum())
     masses = areas / total  # (n,)
-    if n_vertices <= DENSE_VERTICES or count > n_vertices / 5:
+    if n_vertices <= DENSE_VERTICES or _DENSE_SHARE * count > n_vertices:
         values, vectors = _dense_eigenpairs(stiffness, masses, count)
     else:
-        values, vectors = _certified_eigenpairs(stiffness, masses, count)
-    if values[0] <= 1e-10:
+        values, vectors = _certified_eigenpairs(stiffness, masses, count, strategies, last_resort)
+    if values[0] <= _ZERO:
         raise SpectrumError(
             f"the second eigenvalue is {values[0]:.1e} at area 1: the surface is not connected, "
             "expected one connected component"
@@ -108,18 +132,22 @@ def _dense_eigenpairs(
 
 
 def _certified_eigenpairs(
-    stiffness: sparse.csc_array, masses: FloatArray, count: int
+    stiffness: sparse.csc_array,
+    masses: FloatArray,
+    count: int,
+    strategies: Sequence[Strategy],
+    last_resort: int,
 ) -> tuple[FloatArray, FloatArray]:
     """Try the strategies in turn until one is certified."""
     roots = np.sqrt(masses)  # (n,) also the zero mode of S
     scaling = sparse.diags_array(1.0 / roots)
     matrix = sparse.csc_array(scaling @ stiffness @ scaling)  # S = A^-1/2 W A^-1/2
-    for strategy in _STRATEGIES:
+    for strategy in strategies:
         found = _attempt(matrix, roots, count, strategy)
         if found is not None:
             values, vectors = found
             return values, vectors / roots[:, None]
-    if len(masses) <= _LAST_RESORT_VERTICES:
+    if len(masses) <= last_resort:
         return _dense_eigenpairs(stiffness, masses, count)
     raise SpectrumError(
         f"{count} eigenpairs of {len(masses)} vertices could not be certified: the number found "
@@ -128,7 +156,7 @@ def _certified_eigenpairs(
 
 
 def _attempt(
-    matrix: sparse.csc_array, zero_mode: FloatArray, count: int, strategy: _Strategy
+    matrix: sparse.csc_array, zero_mode: FloatArray, count: int, strategy: Strategy
 ) -> tuple[FloatArray, FloatArray] | None:
     """Eigenpairs of S by one strategy, certified, or None."""
     n_rows = len(zero_mode)
@@ -147,7 +175,7 @@ def _attempt(
     )
     next_check = 2 * count + 4 * block
     refusals = 0
-    while not process.is_full and refusals < 3:
+    while not process.is_full and refusals < _MOST_REFUSALS:
         process.step()
         if process.size < next_check and not process.is_full:
             continue
@@ -157,9 +185,10 @@ def _attempt(
         if candidate is None:
             continue
         if is_certified(matrix, zero_mode, candidate, count):
-            vectors = ritz.vectors(candidate.indices[:count])
-            return polished(matrix, factor, vectors)
-        refusals += 1
+            found = polished(matrix, factor, ritz.vectors(candidate.indices[:count]))
+            if found is not None:
+                return found
+        refusals += 1  # a larger Krylov space may hold what is missing
     return None
 
 

@@ -7,11 +7,9 @@ from scipy import sparse
 
 from workers.errors import InvalidMeshError
 from workers.geometry.arrays import FloatArray, IntArray, read_only
+from workers.geometry.edges import symmetric_graph
+from workers.geometry.elements import LAST, NEXT, corner_cotangents, double_areas, lumped_areas
 from workers.geometry.mesh import TriangleMesh
-
-# Corner c of a face lies opposite the edge from corner c + 1 to corner c + 2.
-_NEXT = [1, 2, 0]
-_LAST = [2, 0, 1]
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,22 +58,20 @@ def cotangent_laplacian(corners: FloatArray, faces: IntArray, n_vertices: int) -
         A face has no area, a number is not finite, or a vertex belongs to no face.
     """
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-        cotangents, face_areas = _cotangents(corners)  # (m, 3), (m,)
+        doubled = double_areas(corners)  # (m,)
+        cotangents = corner_cotangents(corners, doubled)  # (m, 3)
     if not np.all(np.isfinite(cotangents)):
         bad = int(np.argmin(np.isfinite(cotangents).all(axis=1)))
         raise InvalidMeshError(f"face {bad} has no area or is not finite; expected a clean mesh")
-    areas = np.zeros(n_vertices)
-    np.add.at(areas, faces, (face_areas / 3.0)[:, None])
+    areas = lumped_areas(faces, 0.5 * doubled, n_vertices)  # (n,)
     if not np.all(areas > 0.0):
-        bad = int(np.argmin(areas > 0.0))
-        raise InvalidMeshError(f"vertex {bad} belongs to no face; expected a clean mesh")
-    ends = np.sort(np.stack([faces[:, _NEXT], faces[:, _LAST]], axis=2), axis=2)  # (m, 3, 2)
-    rows, columns = ends.reshape(-1, 2).T
-    upper = sparse.coo_array(
-        (-0.5 * cotangents.ravel(), (rows, columns)), shape=(n_vertices, n_vertices)
-    ).tocsr()
-    off_diagonal = upper + upper.T  # one sum for (i, j) and (j, i): exactly symmetric
-    degrees: FloatArray = -np.asarray(off_diagonal.sum(axis=1)).ravel()  # (n,)
+        alone = int(np.argmin(areas > 0.0))
+        raise InvalidMeshError(f"vertex {alone} belongs to no face; expected a clean mesh")
+    opposite: IntArray = np.stack([faces[:, NEXT], faces[:, LAST]], axis=2)  # (m, 3, 2)
+    opposite = np.sort(opposite, axis=2)  # one direction: the sums are symmetric to the last bit
+    weights = -0.5 * cotangents.ravel()  # (3m,)
+    off_diagonal = symmetric_graph(opposite.reshape(-1, 2), weights, n_vertices)
+    degrees = -np.asarray(off_diagonal.sum(axis=1), dtype=np.float64)  # (n,)
     stiffness = sparse.csc_array(off_diagonal + sparse.diags_array(degrees))
     stiffness.sort_indices()
     return Laplacian(stiffness=stiffness, areas=areas)
@@ -84,24 +80,3 @@ def cotangent_laplacian(corners: FloatArray, faces: IntArray, n_vertices: int) -
 def mesh_laplacian(mesh: TriangleMesh) -> Laplacian:
     """`cotangent_laplacian` of a clean mesh in space."""
     return cotangent_laplacian(mesh.vertices[mesh.faces], mesh.faces, mesh.n_vertices)
-
-
-def _cotangents(corners: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Cotangent at each corner (m, 3) and area of each face (m,), as dot / |cross|.
-
-    |cross| is the root of the sum of squared 2x2 minors, in any dimension. It is taken at the
-    corner between the two shorter edges, where a needle or a flat triangle loses least to rounding.
-    """
-    to_next = corners[:, _NEXT] - corners  # (m, 3, d): from corner c to corner c + 1
-    to_last = -to_next[:, _LAST]  # (m, 3, d): from corner c to corner c + 2
-    dots = np.einsum("fcd,fcd->fc", to_next, to_last)  # (m, 3)
-    opposite = np.einsum("fcd,fcd->fc", to_next, to_next)[:, _NEXT]  # (m, 3): squared lengths
-    faces = np.arange(len(corners))
-    apex = np.argmax(opposite, axis=1)  # (m,)
-    u, v = to_next[faces, apex], to_last[faces, apex]  # (m, d)
-    squared = np.zeros(len(corners))
-    for i in range(corners.shape[2]):
-        for j in range(i + 1, corners.shape[2]):
-            squared += (u[:, i] * v[:, j] - u[:, j] * v[:, i]) ** 2
-    double_areas = np.sqrt(squared)  # (m,)
-    return dots / double_areas[:, None], 0.5 * double_areas

@@ -29,7 +29,6 @@ FEWEST_VERTICES = 1000  # a coarser mesh has too few eigenpairs
 _PARAMETERS: Mapping[str, tuple[str, ...]] = MappingProxyType(
     {
         "cap-holes": ("longest",),
-        "close-loops": ("minimum_quotient",),
         "double": ("longest",),
         "fair": ("time",),
         "refine": ("vertices",),
@@ -209,8 +208,8 @@ _Outcome = tuple[TriangleMesh, tuple[str, ...]]
 
 
 def _close(mesh: TriangleMesh, parameters: Mapping[str, float]) -> _Outcome:
-    """Run the step "cap-holes", or "close-loops", which models have that were made before it."""
-    closed = close_loops(mesh, **parameters)
+    """Run the step "cap-holes"."""
+    closed = close_loops(mesh, longest=parameters["longest"])
     added = closed.n_faces - mesh.n_faces
     return closed, (f"added {added:,} faces",) if added else ()
 
@@ -252,7 +251,6 @@ def _double(mesh: TriangleMesh, parameters: Mapping[str, float]) -> _Outcome:
 _STEPS: Mapping[str, Callable[[TriangleMesh, Mapping[str, float]], _Outcome]] = MappingProxyType(
     {
         "cap-holes": _close,
-        "close-loops": _close,
         "double": _double,
         "fair": _fair,
         "refine": _refine,

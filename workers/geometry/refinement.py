@@ -2,8 +2,8 @@
 
 import numpy as np
 
+from workers.geometry.edges import directed_edges
 from workers.geometry.mesh import TriangleMesh
-from workers.geometry.topology import directed_edges
 
 
 def refine(mesh: TriangleMesh, *, vertices: int) -> TriangleMesh:

@@ -9,6 +9,7 @@ from scipy.sparse.linalg import spsolve_triangular
 
 from workers.errors import InvalidRequestError
 from workers.geometry.arrays import FloatArray, IntArray, read_only
+from workers.geometry.edges import length_graph, undirected_edges
 from workers.geometry.mesh import TriangleMesh
 from workers.geometry.spectrum import Spectrum
 
@@ -70,7 +71,7 @@ def sample_surface(
         )
     if mesh.n_vertices <= count:
         return SurfaceSample(np.arange(mesh.n_vertices), spectrum.areas)
-    graph = _edge_graph(mesh)
+    graph = length_graph(mesh, undirected_edges(mesh))
     embedding = spectral_embedding(spectrum)  # (n, k)
     seeds = _component_seeds(graph, spectrum.areas, embedding)
     indices = _farthest_points(embedding, seeds[:count], count)
@@ -90,17 +91,6 @@ def spectral_embedding(spectrum: Spectrum) -> FloatArray:
     if np.all(fading < 0.1):  # all eigenvalues (nearly) equal
         fading = np.ones(len(values))
     return spectrum.eigenvectors * (fading / np.sqrt(values))
-
-
-def _edge_graph(mesh: TriangleMesh) -> sparse.csr_array:
-    """Edge lengths as a symmetric sparse matrix (n, n)."""
-    edges = np.sort(mesh.faces[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)  # (3m, 2)
-    keys = np.unique(edges[:, 0] * mesh.n_vertices + edges[:, 1])
-    first, second = keys // mesh.n_vertices, keys % mesh.n_vertices  # (e,)
-    lengths = np.linalg.norm(mesh.vertices[first] - mesh.vertices[second], axis=1)
-    shape = (mesh.n_vertices, mesh.n_vertices)
-    upper = sparse.coo_array((lengths, (first, second)), shape=shape).tocsr()
-    return sparse.csr_array(upper + upper.T)
 
 
 def _first_largest(values: FloatArray) -> int:

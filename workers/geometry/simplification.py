@@ -7,6 +7,7 @@ next takes twice as many vertices.
 
 import threading
 from dataclasses import dataclass
+from typing import Protocol
 
 import fast_simplification
 import numpy as np
@@ -50,14 +51,63 @@ class Simplified:
     checked: tuple[str, ...]
 
 
-def simplify(mesh: TriangleMesh, *, vertices: int) -> Simplified:
+class Decimate(Protocol):
+    """Makes a coarser mesh, as `decimate_by_error` does."""
+
+    def __call__(
+        self, mesh: TriangleMesh, target: int, aggressiveness: float, *, keep_border: bool
+    ) -> TriangleMesh:
+        """Mesh of about ``target`` vertices."""
+
+
+def decimate_by_error(
+    mesh: TriangleMesh, target: int, aggressiveness: float, *, keep_border: bool
+) -> TriangleMesh:
+    """Mesh of about so many vertices by quadric error (Garland, Heckbert 1997), unchecked.
+
+    Parameters
+    ----------
+    mesh : TriangleMesh
+        Of area 1.
+    target : int
+        About how many vertices the result has.
+    aggressiveness : float
+        How fast the error allowed grows; the smaller, the more strictly small errors go first.
+    keep_border : bool
+        Whether edges of the boundary stay.
+
+    Returns
+    -------
+    TriangleMesh
+        Without degenerate faces; may have no face at all.
+    """
+    n_faces = round(mesh.n_faces * target / mesh.n_vertices)
+    with ONE_AT_A_TIME:
+        points, triangles = fast_simplification.simplify(
+            mesh.vertices.copy(),
+            mesh.faces.astype(np.int32),
+            target_count=n_faces,
+            agg=aggressiveness,
+            preserve_border=keep_border,
+        )
+    used = np.isfinite(points).all(axis=1)
+    triangles = triangles[used[triangles].all(axis=1)]
+    if len(triangles) == 0:
+        return TriangleMesh(np.zeros((0, 3)), np.zeros((0, 3), dtype=np.int64))
+    points = np.where(used[:, None], points, 0.0)
+    return without_useless_faces(TriangleMesh(points, triangles))
+
+
+def simplify(
+    mesh: TriangleMesh, *, vertices: int, decimate: Decimate = decimate_by_error
+) -> Simplified:
     """Mesh of about so many vertices that keeps the components, area, loops and eigenvalues.
 
-    Everything happens in canonical coordinates and order, so that a rotated, scaled and
-    renumbered copy gets the same working mesh. A level that changes components, area or first
-    eigenvalues is never taken; one that changes the number of boundary loops or the Euler
-    characteristic is redone finer up to 8 times the vertices and then taken: noise has a
-    thousand handles, and costs stay bounded. Where nothing passes, the original is returned.
+    Everything happens in canonical coordinates and order. So a rotated, scaled and renumbered copy
+    gets the same working mesh. A level that changes components, area or first eigenvalues is never
+    taken. One that changes the number of boundary loops or the Euler characteristic is made again
+    finer, up to 8 times the vertices, and then taken: noise has a thousand handles, and costs stay
+    bounded. Where nothing passes, the original is returned.
 
     Parameters
     ----------
@@ -65,6 +115,13 @@ def simplify(mesh: TriangleMesh, *, vertices: int) -> Simplified:
         Clean.
     vertices : int
         A mesh with no more is returned as it is.
+    decimate : function
+        Makes one level; what it returns is checked.
+
+    Returns
+    -------
+    Simplified
+        The working mesh, and what was wrong at coarser levels.
 
     Raises
     ------
@@ -79,7 +136,7 @@ def simplify(mesh: TriangleMesh, *, vertices: int) -> Simplified:
     canonical = TriangleMesh(rounded(frame.enter(mesh.vertices)), mesh.faces)
     canonical = reordered(canonical, canonical_order(mesh, frame), mirrored=frame.mirrored)
     canonical = without_useless_faces(canonical)  # rounding can flatten the thinnest
-    found, notes = _first_sound(canonical, vertices)
+    found, notes = _first_sound(canonical, vertices, decimate)
     if found is canonical:
         return Simplified(mesh, notes)
     faces = found.faces[:, ::-1] if frame.mirrored else found.faces
@@ -124,16 +181,18 @@ class _Shape:
         return faults
 
 
-def _first_sound(mesh: TriangleMesh, vertices: int) -> tuple[TriangleMesh, tuple[str, ...]]:
+def _first_sound(
+    mesh: TriangleMesh, vertices: int, decimate: Decimate
+) -> tuple[TriangleMesh, tuple[str, ...]]:
     """Coarsest level that passes, and what was wrong with those before."""
     shape = _Shape.of(mesh)
     truth: FloatArray | None = None
     notes: list[str] = []
     targets = [vertices * level for level in LEVELS if vertices * level < mesh.n_vertices]
     for target in targets:
-        coarse, hard, soft = _best_attempt(mesh, shape, target)
+        coarse, hard, soft = _best_attempt(mesh, shape, target, decimate)
         if not hard and (not soft or target == vertices * LEVELS[-1]):
-            truth = _true_eigenvalues(mesh, shape) if truth is None else truth
+            truth = _true_eigenvalues(mesh, shape, decimate) if truth is None else truth
             hard = _eigenvalue_faults(truth, coarse)
         faults = hard + soft
         notes += [f"at {coarse.n_vertices:,} vertices: {fault}" for fault in faults]
@@ -143,7 +202,7 @@ def _first_sound(mesh: TriangleMesh, vertices: int) -> tuple[TriangleMesh, tuple
 
 
 def _best_attempt(
-    mesh: TriangleMesh, shape: _Shape, target: int
+    mesh: TriangleMesh, shape: _Shape, target: int, decimate: Decimate
 ) -> tuple[TriangleMesh, list[str], list[str]]:
     """One level with its hard and soft faults: the first way without, or the first way."""
     tried = []
@@ -151,7 +210,7 @@ def _best_attempt(
     borders = (False, True) if 0 < n_rim <= target // 2 else (False,)
     for keep_border in borders:
         for aggressiveness in AGGRESSIVENESS:
-            coarse = _decimated(mesh, target, aggressiveness, keep_border=keep_border)
+            coarse = decimate(mesh, target, aggressiveness, keep_border=keep_border)
             if coarse.n_faces == 0:
                 continue
             found = _Shape.of(coarse)
@@ -164,31 +223,10 @@ def _best_attempt(
     return min(tried, key=lambda attempt: (len(attempt[1]), len(attempt[2])))
 
 
-def _decimated(
-    mesh: TriangleMesh, target: int, aggressiveness: float, *, keep_border: bool
-) -> TriangleMesh:
-    """Mesh of about ``target`` vertices by quadric error, in unit area, unchecked."""
-    n_faces = round(mesh.n_faces * target / mesh.n_vertices)
-    with ONE_AT_A_TIME:
-        points, triangles = fast_simplification.simplify(
-            mesh.vertices.copy(),
-            mesh.faces.astype(np.int32),
-            target_count=n_faces,
-            agg=aggressiveness,
-            preserve_border=keep_border,
-        )
-    used = np.isfinite(points).all(axis=1)
-    triangles = triangles[used[triangles].all(axis=1)]
-    if len(triangles) == 0:
-        return TriangleMesh(np.zeros((0, 3)), np.zeros((0, 3), dtype=np.int64))
-    points = np.where(used[:, None], points, 0.0)
-    return without_useless_faces(TriangleMesh(points, triangles))
-
-
-def _true_eigenvalues(mesh: TriangleMesh, shape: _Shape) -> FloatArray:
+def _true_eigenvalues(mesh: TriangleMesh, shape: _Shape, decimate: Decimate) -> FloatArray:
     """First eigenvalues for unit area, of the mesh or of a fine simplification that is sound."""
     if mesh.n_vertices > LARGEST_SOLVED:
-        fine, hard, _ = _best_attempt(mesh, shape, LARGEST_SOLVED)
+        fine, hard, _ = _best_attempt(mesh, shape, LARGEST_SOLVED, decimate)
         if not hard:
             return first_eigenvalues(fine, CHECKED_EIGENVALUES) * fine.area
     return first_eigenvalues(mesh, CHECKED_EIGENVALUES) * mesh.area

@@ -4,14 +4,21 @@ from functools import partial
 
 import numpy as np
 from scipy import sparse
-from scipy.sparse.csgraph import connected_components
-from scipy.sparse.linalg import cg, splu
+from scipy.sparse.linalg import cg
 
 from workers.errors import InvalidRequestError
 from workers.geometry.arrays import FloatArray, IntArray
+from workers.geometry.edges import (
+    component_labels,
+    directed_edges,
+    edge_lengths,
+    symmetric_graph,
+    undirected_edges,
+)
+from workers.geometry.elements import lumped_areas
+from workers.geometry.factorisation import SymmetricFactor
 from workers.geometry.laplacian import mesh_laplacian
 from workers.geometry.mesh import TriangleMesh
-from workers.geometry.topology import directed_edges, undirected_edges
 
 COARSE = 0.25  # of a vertex's share of the area: its mass, where that is more than the mean
 ITERATIVE_FROM = 40_000  # vertices; factors of 100,000 take 15 s, conjugate gradients 1
@@ -54,10 +61,10 @@ def fair(mesh: TriangleMesh, *, time: float) -> TriangleMesh:
         return mesh
     n = mesh.n_vertices
     edges = undirected_edges(mesh)  # (e, 2)
-    graph = sparse.coo_array((np.ones(len(edges)), (edges[:, 0], edges[:, 1])), shape=(n, n))
+    graph = symmetric_graph(edges, np.ones(len(edges)), n)
     degrees = np.bincount(edges.ravel(), minlength=n).astype(np.float64)
-    laplacian = sparse.csc_array(sparse.diags_array(degrees) - graph - graph.T)
-    areas = _vertex_areas(mesh.vertices, mesh.faces)
+    laplacian = sparse.csc_array(sparse.diags_array(degrees) - graph)
+    areas = lumped_areas(mesh.faces, mesh.face_areas, n)
     masses = np.maximum(1.0 / n, COARSE * areas / areas.sum())  # (n,)
     centre = mesh.vertices.mean(axis=0)
     moved = _step(masses, time / np.sqrt(3.0) * laplacian, mesh.vertices - centre)
@@ -126,7 +133,8 @@ def smooth(mesh: TriangleMesh, *, time: float, steps: int = 1) -> TriangleMesh:
     areas = laplacian.areas / laplacian.areas.sum()  # (n,)
     for step in range(steps):
         if step > 0:
-            areas = _vertex_areas(vertices, mesh.faces)
+            flowed = TriangleMesh(vertices, mesh.faces)
+            areas = lumped_areas(mesh.faces, flowed.face_areas, mesh.n_vertices)
             total = areas.sum()
             vertices, areas = vertices / np.sqrt(total), areas / total
             length *= np.sqrt(total)
@@ -138,12 +146,10 @@ def smooth(mesh: TriangleMesh, *, time: float, steps: int = 1) -> TriangleMesh:
 def _without_points(vertices: FloatArray, faces: IntArray) -> IntArray:
     """Faces of a surface of about area 1 where vertices that lie together are one, the first."""
     edges = directed_edges(faces)  # (3m, 2)
-    short = edges[np.linalg.norm(np.subtract(*vertices[edges.T]), axis=1) < SHORTEST_EDGE]
+    short = edges[edge_lengths(vertices, edges) < SHORTEST_EDGE]
     if len(short) == 0:
         return faces
-    n = len(vertices)
-    graph = sparse.coo_array((np.ones(len(short)), (short[:, 0], short[:, 1])), shape=(n, n))
-    _, labels = connected_components(graph, directed=False)
+    labels = component_labels(short, len(vertices))
     _, first = np.unique(labels, return_index=True)  # of each component, which are 0, 1, …
     joined = first[labels][faces]  # (m, 3)
     a, b, c = joined.T
@@ -157,7 +163,7 @@ def _step(masses: FloatArray, flow: sparse.csc_array, vertices: FloatArray) -> F
     Factors of large meshes fill in: there the same is found by conjugate gradients, and by factors
     only where these do not end.
     """
-    system = sparse.csc_matrix(sparse.diags_array(masses) + flow)
+    system = sparse.csc_array(sparse.diags_array(masses) + flow)
     right = masses[:, None] * vertices
     if len(masses) >= ITERATIVE_FROM:
         scaling = sparse.diags_array(1.0 / system.diagonal())
@@ -165,16 +171,6 @@ def _step(masses: FloatArray, flow: sparse.csc_array, vertices: FloatArray) -> F
         found = [solve(right[:, axis], x0=vertices[:, axis]) for axis in range(3)]
         if all(outcome == 0 for _, outcome in found):
             return np.stack([column for column, _ in found], axis=1)
-    options = {"SymmetricMode": True}
-    solution: FloatArray = splu(system, permc_spec="MMD_AT_PLUS_A", options=options).solve(right)
-    return solution
-
-
-def _vertex_areas(vertices: FloatArray, faces: IntArray) -> FloatArray:
-    """A third of the area of the faces around each vertex, (n,)."""
-    corners = vertices[faces]  # (m, 3, 3)
-    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    thirds = np.linalg.norm(normals, axis=1) / 6.0  # (m,)
-    areas: FloatArray = np.zeros(len(vertices))
-    np.add.at(areas, faces, thirds[:, None])
-    return areas
+    # Diagonal pivots would do. Others are taken where cotangents are large, in one step of eight on
+    # transformed creatures, and move the last bits: `PREPARATION_VERSION` stands for these.
+    return SymmetricFactor(system, pivot_threshold=1.0).solve(right)

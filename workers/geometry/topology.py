@@ -1,32 +1,16 @@
 """Components, boundary and Euler characteristic of a mesh, for any winding and manifold or not."""
 
 import numpy as np
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 
 from workers.geometry.arrays import IntArray
+from workers.geometry.edges import component_labels, directed_edges, edge_keys
 from workers.geometry.mesh import TriangleMesh
-
-
-def directed_edges(faces: IntArray) -> IntArray:
-    """Edges (3m, 2) of the faces in their winding: all ab, then all bc, then all ca."""
-    return np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])
-
-
-def undirected_edges(mesh: TriangleMesh) -> IntArray:
-    """Every edge once, (e, 2), the smaller index first, sorted."""
-    keys = np.unique(_edge_keys(directed_edges(mesh.faces), mesh.n_vertices))
-    return np.stack(np.divmod(keys, max(mesh.n_vertices, 1)), axis=1)
 
 
 def vertex_components(mesh: TriangleMesh) -> IntArray:
     """Label (n,) of the component of every vertex; an unreferenced one is a component."""
     edges = directed_edges(mesh.faces)[: 2 * mesh.n_faces]  # two edges connect a face
-    n = mesh.n_vertices
-    ones = np.ones(len(edges), dtype=np.int8)
-    graph = coo_array((ones, (edges[:, 0], edges[:, 1])), shape=(n, n))
-    _, labels = connected_components(graph.tocsr(), directed=False)
-    return labels.astype(np.int64)
+    return component_labels(edges, mesh.n_vertices)
 
 
 def face_components(mesh: TriangleMesh) -> IntArray:
@@ -44,7 +28,7 @@ def count_components(mesh: TriangleMesh) -> int:
 def boundary_edges(mesh: TriangleMesh) -> IntArray:
     """Edges (b, 2) that only one face has, in the winding of that face, sorted."""
     edges = directed_edges(mesh.faces)
-    keys = _edge_keys(edges, mesh.n_vertices)
+    keys = edge_keys(edges, mesh.n_vertices)
     _, first, counts = np.unique(keys, return_index=True, return_counts=True)
     single: IntArray = edges[first[counts == 1]]
     return single
@@ -52,7 +36,7 @@ def boundary_edges(mesh: TriangleMesh) -> IntArray:
 
 def euler_characteristic(mesh: TriangleMesh) -> int:
     """Vertices - edges + faces, without unreferenced vertices: 2 for a sphere, 0 for a torus."""
-    n_edges = len(np.unique(_edge_keys(directed_edges(mesh.faces), mesh.n_vertices)))
+    n_edges = len(np.unique(edge_keys(directed_edges(mesh.faces), mesh.n_vertices)))
     return len(np.unique(mesh.faces)) - n_edges + mesh.n_faces
 
 
@@ -123,9 +107,3 @@ class _BoundaryWalk:
                     self._used[number] = 1
                     return self._pairs[number][end]
         return None
-
-
-def _edge_keys(edges: IntArray, n_vertices: int) -> IntArray:
-    """One number (e,) an undirected edge."""
-    keys: IntArray = edges.min(axis=1) * n_vertices + edges.max(axis=1)
-    return keys

@@ -15,6 +15,7 @@ from PIL import Image, ImageDraw, ImageFont
 from workers.errors import InvalidRequestError
 from workers.geometry.arrays import BoolArray, FloatArray, IntArray
 from workers.geometry.mesh import TriangleMesh
+from workers.geometry.normals import angle_weighted_normals, unit_vectors
 from workers.rendering.colouring import finite_range, value_colours
 from workers.rendering.rasterising import rasterise
 
@@ -79,7 +80,9 @@ def render(
     screen = _project(vertices, camera, pixels)  # (n, 3)
     face, weights = rasterise(screen, faces, pixels)  # (p²,), (p², 3)
     hit = face >= 0
-    normals = _corner_normals(screen, faces[face[hit]], _vertex_normals(screen, faces))
+    # rows of a picture grow downwards, the camera's second axis upwards
+    seen = TriangleMesh(screen * np.array([1.0, -1.0, 1.0]), faces)
+    normals = _corner_normals(seen, face[hit])  # (hits, 3, 3)
     shading = _shade(np.einsum("hc,hcd->hd", weights[hit], normals))  # (hits,)
     surface: FloatArray = np.array(colour, dtype=np.float64)  # (3,) or (hits, 3)
     if values is not None:
@@ -190,46 +193,19 @@ def _project(vertices: FloatArray, camera: FloatArray, pixels: int) -> FloatArra
     return np.stack([pixels / 2 + seen[:, 0], pixels / 2 - seen[:, 1], seen[:, 2]], axis=1)
 
 
-def _face_normals(screen: FloatArray, faces: IntArray) -> FloatArray:
-    """Normals in the camera's frame (right, up, towards), (m, 3), twice the area long."""
-    space = screen * np.array([1.0, -1.0, 1.0])  # rows of a picture grow downwards
-    a, b, c = (space[faces[:, i]] for i in range(3))
-    return np.cross(b - a, c - a)
-
-
-def _vertex_normals(screen: FloatArray, faces: IntArray) -> FloatArray:
-    """Mean of the normals around each vertex, weighted by angle, (n, 3), length 1 or 0."""
-    corners = screen[faces]  # (m, 3, 3)
-    edges = [_unit(corners[:, (i + 1) % 3] - corners[:, i]) for i in range(3)]
-    cosines = [-(edges[i] * edges[i - 1]).sum(axis=1) for i in range(3)]
-    angles = np.arccos(np.clip(np.stack(cosines, axis=1), -1.0, 1.0))  # (m, 3)
-    normals = _unit(_face_normals(screen, faces))
-    sums = [
-        np.bincount(faces.ravel(), (normals[:, [axis]] * angles).ravel(), minlength=len(screen))
-        for axis in range(3)
-    ]
-    return _unit(np.stack(sums, axis=1))
-
-
-def _corner_normals(screen: FloatArray, faces: IntArray, normals: FloatArray) -> FloatArray:
-    """Normals at the corners of the faces drawn, (h, 3, 3): smooth, but sharp at creases."""
-    flat = _unit(_face_normals(screen, faces))[:, None, :]  # (h, 1, 3)
-    smooth = normals[faces]  # (h, 3, 3)
+def _corner_normals(seen: TriangleMesh, drawn: IntArray) -> FloatArray:
+    """Normals at the corners of the faces drawn (h,), (h, 3, 3): smooth, but sharp at creases."""
+    flat = unit_vectors(seen.face_normals)[drawn, None]  # (h, 1, 3)
+    smooth = angle_weighted_normals(seen)[seen.faces[drawn]]  # (h, 3, 3)
     creased = (smooth * flat).sum(axis=2, keepdims=True) < _CREASE
     both: FloatArray = np.where(creased, flat, smooth)
     return np.where(flat[:, :, 2:] < 0, -both, both)  # windings differ; both sides are lit
 
 
-def _unit(vectors: FloatArray) -> FloatArray:
-    lengths = np.linalg.norm(vectors, axis=-1, keepdims=True)
-    unit: FloatArray = vectors / np.where(lengths > 0, lengths, 1.0)
-    return unit
-
-
 def _shade(normals: FloatArray) -> FloatArray:
     """Linear light that the eye receives from unit normals, (h,): two soft lights and a sky."""
-    unit = _unit(normals)
-    key, fill = (_wrapped(unit @ _unit(light)) for light in (_KEY, _FILL))
+    unit = unit_vectors(normals)
+    key, fill = (_wrapped(unit @ unit_vectors(light)) for light in (_KEY, _FILL))
     sky = 0.5 + 0.5 * unit[:, 1]
     facing = np.clip(unit[:, 2], 0.0, 1.0)
     light = 1.0 * key + 0.2 * fill + 0.22 * sky + 0.05

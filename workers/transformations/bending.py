@@ -4,8 +4,8 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from workers.geometry.arrays import BoolArray, FloatArray
+from workers.geometry.edges import edge_lengths, undirected_edges
 from workers.geometry.mesh import TriangleMesh
-from workers.geometry.topology import undirected_edges
 from workers.transformations.elasticity import Deformation, ElasticSurface, deformed
 from workers.transformations.metric import farthest_vertices
 from workers.transformations.transformed import TransformedMesh, moved
@@ -79,10 +79,7 @@ def _handles(
 def _is_sound(mesh: TriangleMesh, positions: FloatArray, rotations: FloatArray) -> bool:
     """Whether lengths are kept and no part is folded over."""
     edges = undirected_edges(mesh)
-    before, after = (
-        np.linalg.norm(points[edges[:, 0]] - points[edges[:, 1]], axis=1)
-        for points in (mesh.vertices, positions)
-    )
+    before, after = edge_lengths(mesh.vertices, edges), edge_lengths(positions, edges)
     strain = np.abs(after - before) / np.maximum(before, np.finfo(np.float64).tiny)
     turned = np.einsum("mij,mj->mi", rotations[mesh.faces[:, 0]], mesh.face_normals)
     now = TriangleMesh(positions, mesh.faces).face_normals

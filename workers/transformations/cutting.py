@@ -4,13 +4,10 @@ import numpy as np
 from scipy import sparse
 
 from workers.geometry.arrays import BoolArray, FloatArray
+from workers.geometry.edges import length_graph, undirected_edges
 from workers.geometry.mesh import TriangleMesh
-from workers.geometry.topology import face_components, undirected_edges
-from workers.transformations.metric import (
-    geodesic_distances,
-    length_graph,
-    random_vertices,
-)
+from workers.geometry.topology import face_components
+from workers.transformations.metric import geodesic_distances, random_vertices
 from workers.transformations.transformed import FEWEST_FACES, TransformedMesh, part
 
 _MICRO_HOLE = 2.5e-4  # of the area

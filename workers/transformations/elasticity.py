@@ -9,13 +9,14 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy import sparse
-from scipy.sparse.linalg import splu
 
 from workers.geometry.arrays import BoolArray, FloatArray, IntArray
+from workers.geometry.edges import directed_edges, edge_keys, length_graph
+from workers.geometry.elements import LAST, corner_cotangents
+from workers.geometry.factorisation import SymmetricFactor
 from workers.geometry.mesh import TriangleMesh
-from workers.geometry.topology import directed_edges
 from workers.geometry.transfer import closest_points
-from workers.transformations.metric import length_graph, tethered_edges
+from workers.transformations.metric import tethered_edges
 from workers.transformations.resampling import decimated
 
 LARGEST_SOLVED = 30_000  # vertices; a larger mesh follows a coarse one
@@ -57,7 +58,7 @@ class ElasticSurface:
         self._around = sparse.csr_array(abs(self._weighted))  # (n, e)
         self.laplacian = sparse.csc_array(self._weighted @ self._difference)
         self._vectors = self._difference @ mesh.vertices  # (e, 3)
-        self._global = _factorised(self.laplacian[1:, 1:])
+        self._global = SymmetricFactor(self.laplacian[1:, 1:])
 
     @property
     def graph(self) -> sparse.csr_array:
@@ -73,7 +74,7 @@ class ElasticSurface:
         wanted = np.einsum("eij,ej->ei", means, self._vectors)
         right = self._weighted @ wanted  # (n, 3)
         found = np.zeros((self.mesh.n_vertices, 3))  # the first vertex is held at the origin
-        found[1:] = self._global(right[1:])
+        found[1:] = self._global.solve(right[1:])
         found += (self.mesh.vertices - found).mean(axis=0)
         return found
 
@@ -95,7 +96,7 @@ class ElasticSurface:
         if len(free) and held.any():
             rows = self.laplacian[free]
             right = -(rows[:, np.flatnonzero(held)] @ values[held])
-            result[free] = _factorised(rows[:, free])(right)
+            result[free] = SymmetricFactor(rows[:, free]).solve(right)
         return result
 
 
@@ -117,29 +118,11 @@ def deformed(mesh: TriangleMesh, deform: Callable[[TriangleMesh], Deformation]) 
 
 def _edge_weights(mesh: TriangleMesh, edges: IntArray) -> FloatArray:
     """Half the sum of the cotangents opposite to each edge, held within limits, (e,)."""
-    corners = mesh.vertices[mesh.faces]  # (m, 3, 3)
-    sides = np.roll(corners, -1, axis=1) - corners  # (m, 3, 3): ab, bc, ca
     doubled = np.linalg.norm(mesh.face_normals, axis=1)  # (m,)
-    dots = -np.einsum("mci,mci->mc", np.roll(sides, -1, axis=1), np.roll(sides, -2, axis=1))
-    cotangents = dots / np.maximum(doubled, np.finfo(np.float64).tiny ** 0.5)[:, None]
-    halves = np.sort(directed_edges(mesh.faces), axis=1)  # (3m, 2)
-    which = np.searchsorted(_keys(edges, mesh.n_vertices), _keys(halves, mesh.n_vertices))
-    sums = np.bincount(which, 0.5 * np.clip(cotangents, -10.0, 10.0).T.ravel(), len(edges))
+    doubled = np.maximum(doubled, np.finfo(np.float64).tiny ** 0.5)
+    cotangents = corner_cotangents(mesh.vertices[mesh.faces], doubled)[:, LAST]  # at c, a, b
+    halves = np.clip(0.5 * cotangents, -5.0, 5.0).T.ravel()  # (3m,): opposite to ab, bc, ca
+    keys = edge_keys(directed_edges(mesh.faces), mesh.n_vertices)  # (3m,)
+    which = np.searchsorted(edge_keys(edges, mesh.n_vertices), keys)
+    sums = np.bincount(which, halves, len(edges))
     return np.clip(sums, *_WEIGHTS)
-
-
-def _keys(edges: IntArray, n_vertices: int) -> IntArray:
-    """One number (e,) an edge, ascending as the edges are sorted."""
-    keys: IntArray = edges[:, 0] * n_vertices + edges[:, 1]
-    return keys
-
-
-def _factorised(matrix: sparse.sparray) -> Callable[[FloatArray], FloatArray]:
-    """Solver of a symmetric positive definite system."""
-    factors = splu(
-        sparse.csc_array(matrix),
-        permc_spec="MMD_AT_PLUS_A",
-        diag_pivot_thresh=0.0,
-        options={"SymmetricMode": True},
-    )
-    return lambda right: np.asarray(factors.solve(right), dtype=np.float64)

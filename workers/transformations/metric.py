@@ -6,8 +6,9 @@ from scipy.sparse.csgraph import dijkstra
 from scipy.spatial import cKDTree
 
 from workers.geometry.arrays import FloatArray, IntArray
+from workers.geometry.edges import edge_lengths, undirected_edges
 from workers.geometry.mesh import TriangleMesh
-from workers.geometry.topology import undirected_edges, vertex_components
+from workers.geometry.topology import vertex_components
 
 _TETHERS = 4  # that hold a smaller component
 
@@ -32,15 +33,6 @@ def tethered_edges(mesh: TriangleMesh) -> tuple[IntArray, IntArray]:
     place = np.arange(len(order)) - np.repeat(first, np.diff([*first, len(order)]))
     chosen = order[place < _TETHERS]
     return edges, np.stack([others[chosen], largest[nearest[chosen]]], axis=1)
-
-
-def length_graph(mesh: TriangleMesh, edges: IntArray) -> sparse.csr_array:
-    """Lengths of some edges as a symmetric sparse matrix (n, n); none is 0."""
-    lengths = np.linalg.norm(mesh.vertices[edges[:, 0]] - mesh.vertices[edges[:, 1]], axis=1)
-    lengths = np.maximum(lengths, np.finfo(np.float64).tiny)  # a stored 0 would be no edge
-    shape = (mesh.n_vertices, mesh.n_vertices)
-    upper = sparse.coo_array((lengths, (edges[:, 0], edges[:, 1])), shape=shape).tocsr()
-    return sparse.csr_array(upper + upper.T)
 
 
 def geodesic_distances(
@@ -80,8 +72,7 @@ def random_vertices(mesh: TriangleMesh, count: int, rng: np.random.Generator) ->
 
 def mean_edge(mesh: TriangleMesh) -> float:
     """Mean length of the edges."""
-    ends = mesh.vertices[undirected_edges(mesh)]  # (e, 2, 3)
-    return float(np.linalg.norm(ends[:, 0] - ends[:, 1], axis=1).mean())
+    return float(edge_lengths(mesh.vertices, undirected_edges(mesh)).mean())
 
 
 def _finite(distances: FloatArray) -> FloatArray:

@@ -4,6 +4,7 @@ import numpy as np
 
 from workers.geometry.arrays import FloatArray
 from workers.geometry.mesh import TriangleMesh
+from workers.geometry.normals import vertex_normals
 from workers.transformations.metric import mean_edge, random_vertices
 from workers.transformations.transformed import TransformedMesh, moved
 
@@ -50,18 +51,8 @@ def add_shots(
     heights = farthest * np.sqrt(mesh.area) * rng.uniform(0.5, 1.0, len(chosen))
     heights *= rng.choice([-1.0, 1.0], len(chosen))
     vertices = mesh.vertices.copy()
-    vertices[chosen] += heights[:, None] * vertex_normals(mesh)[chosen]
+    vertices[chosen] += heights[:, None] * vertex_normals(mesh, corner_by_corner=True)[chosen]
     return moved(mesh, vertices)
-
-
-def vertex_normals(mesh: TriangleMesh) -> FloatArray:
-    """Mean of the normals around each vertex, weighted by area, (n, 3), of length 1 or 0."""
-    normals = np.zeros((mesh.n_vertices, 3))
-    for corner in range(3):
-        np.add.at(normals, mesh.faces[:, corner], mesh.face_normals)
-    lengths = np.linalg.norm(normals, axis=1, keepdims=True)
-    unit: FloatArray = normals / np.where(lengths > 0.0, lengths, 1.0)
-    return unit
 
 
 def _amplitude(mesh: TriangleMesh, directions: FloatArray, growth: float) -> float:

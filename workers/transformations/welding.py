@@ -4,9 +4,10 @@ import numpy as np
 from scipy.spatial.distance import cdist
 
 from workers.geometry.arrays import BoolArray, FloatArray, IntArray
+from workers.geometry.edges import directed_edges, length_graph, undirected_edges
 from workers.geometry.mesh import TriangleMesh
-from workers.geometry.topology import boundary_edges, directed_edges, undirected_edges
-from workers.transformations.metric import geodesic_distances, length_graph
+from workers.geometry.topology import boundary_edges
+from workers.transformations.metric import geodesic_distances
 from workers.transformations.transformed import TransformedMesh, part
 
 _SAMPLE = 1_500  # faces between which contacts are looked for

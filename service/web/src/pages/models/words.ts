@@ -128,7 +128,6 @@ export function featureName(channel: Channel & Details): string {
 const STEPS: Record<string, (parameters: Record<string, number>) => string> = {
   "cap-holes": ({ longest }) =>
     `close holes with caps, where the squared length of the rim is at most ${longest} times the area`,
-  "close-loops": ({ minimum_quotient }) => `close rims that are round (quotient of at least ${minimum_quotient})`,
   double: ({ longest }) =>
     `give a sheet a back, where the squared length of its rim is more than ${longest} times the area`,
   fair: ({ time }) => `average noise along the mesh's graph (time ${time} of the area)`,
