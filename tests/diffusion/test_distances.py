@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 from numpy.polynomial import legendre
 from numpy.testing import assert_allclose, assert_array_equal
+from scipy.spatial.distance import squareform
 
 from workers.diffusion.distances import (
     diagonal_signature,
-    diffusion_distances,
     diffusion_map,
-    squared_diffusion_distances,
+    pairwise_diffusion_distances,
 )
 from workers.diffusion.kernels import (
     BiharmonicKernel,
@@ -20,12 +20,20 @@ from workers.diffusion.kernels import (
     evaluate,
 )
 from workers.errors import KernelDomainError
+from workers.geometry.arrays import FloatArray, IntArray
 from workers.geometry.mesh import TriangleMesh
 from workers.geometry.spectrum import Spectrum
 
 Solved = tuple[TriangleMesh, Spectrum]
 KERNELS = [HeatKernel(0.15), CommuteTimeKernel(), BiharmonicKernel()]
 SAMPLE = np.arange(0, 640, 16)
+
+
+def diffusion_distances(spectrum: Spectrum, kernel: Kernel, sample: IntArray) -> FloatArray:
+    """Distances as a matrix (s, s)."""
+    once = pairwise_diffusion_distances(spectrum, kernel, sample)
+    matrix: FloatArray = squareform(once).reshape(len(sample), len(sample))
+    return matrix
 
 
 @pytest.mark.parametrize("kernel", KERNELS)
@@ -38,7 +46,7 @@ def test_sphere_distances_follow_the_addition_theorem(sphere: Solved, kernel: Ke
     cosines = np.clip(points @ points.T, -1.0, 1.0)
     correlation = legendre.legval(cosines, np.concatenate([[0.0], share]))
     expected = 2.0 * (share.sum() - correlation)
-    found = squared_diffusion_distances(spectrum, kernel, sample)
+    found = np.square(diffusion_distances(spectrum, kernel, sample))
     # eigenfunctions of this mesh are 0.5 % off; relative to the largest distance
     assert_allclose(found, expected, atol=1e-2 * expected.max())
     assert_allclose(diagonal_signature(spectrum, kernel), share.sum(), rtol=1.5e-2)
@@ -51,7 +59,7 @@ def test_distances_are_the_sum_of_equation_four(bumpy: Solved, kernel: Kernel) -
     transfer = kernel.squared_transfer(spectrum.eigenvalues)
     difference = spectrum.eigenvectors[i] - spectrum.eigenvectors[j]
     expected = sum(k * d * d for k, d in zip(transfer, difference, strict=True))
-    found = squared_diffusion_distances(spectrum, kernel, np.array([i, j]))
+    found = np.square(diffusion_distances(spectrum, kernel, np.array([i, j])))
     assert_allclose(found, [[0.0, expected], [expected, 0.0]], rtol=1e-12)
 
 
@@ -104,7 +112,7 @@ def test_distance_and_diagonal_belong_together(bumpy: Solved) -> None:
     phi = spectrum.eigenvectors[SAMPLE]
     cross = (phi * evaluate(kernel, spectrum.eigenvalues)) @ phi.T
     expected = diagonal[:, None] + diagonal[None] - 2.0 * cross
-    found = squared_diffusion_distances(spectrum, kernel, SAMPLE)
+    found = np.square(diffusion_distances(spectrum, kernel, SAMPLE))
     assert_allclose(found, expected, atol=1e-10 * diagonal.max())
 
 

@@ -56,12 +56,12 @@ def test_splines_reproduce_a_straight_line_from_their_places(degree: int) -> Non
 def test_the_roughness_of_ln_lambda_is_the_length_of_its_range(degree: int) -> None:
     basis = SplineBasis(LOW, HIGH, 14, degree)
     line = np.log(basis.places)
-    assert_allclose(line @ basis.roughness() @ line, RANGE, rtol=1e-12)
+    assert_allclose(line @ basis.roughness_penalty() @ line, RANGE, rtol=1e-12)
 
 
 @pytest.mark.parametrize("degree", [0, 1, 2, 3])
 def test_only_constants_have_no_roughness(degree: int) -> None:
-    roughness = SplineBasis(LOW, HIGH, 10, degree).roughness()
+    roughness = SplineBasis(LOW, HIGH, 10, degree).roughness_penalty()
     assert_allclose(roughness, roughness.T, atol=1e-14)
     values, vectors = np.linalg.eigh(roughness)
     assert abs(values[0]) < 1e-12 < values[1]
@@ -74,13 +74,13 @@ def test_roughness_is_the_integral_of_the_squared_slope() -> None:
     places = np.linspace(np.log(LOW), np.log(HIGH), 200_001)
     slope = np.gradient(basis.values(np.exp(places)) @ coefficients, places)
     numerical = np.trapezoid(slope**2, places)
-    exact = coefficients @ basis.roughness() @ coefficients
+    exact = coefficients @ basis.roughness_penalty() @ coefficients
     assert_allclose(exact, numerical, rtol=1e-4)  # of the finite differences at the ends
 
 
 def test_roughness_of_a_grid_is_that_of_its_steps() -> None:
     heights = np.array([1.0, 4.0, 4.0, 0.0])
-    nearest, linear = (SplineBasis(LOW, HIGH, 4, degree).roughness() for degree in (0, 1))
+    nearest, linear = (SplineBasis(LOW, HIGH, 4, degree).roughness_penalty() for degree in (0, 1))
     assert_allclose(heights @ nearest @ heights, (9.0 + 0.0 + 16.0) / (RANGE / 3.0), rtol=1e-12)
     assert_allclose(linear, nearest, atol=1e-12)
 

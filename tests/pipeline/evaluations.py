@@ -26,7 +26,7 @@ from workers.pipeline.workbench import Workbench
 from workers.retrieval.builtin import built_in_models
 from workers.retrieval.evaluation import summarise
 from workers.retrieval.model import Model
-from workers.retrieval.protocol import LabelledShape, plan_protocol
+from workers.retrieval.protocol import EvaluatedShape, make_protocol
 from workers.retrieval.ranking import rank_queries
 from workers.retrieval.scan import distances
 from workers.settings import Settings
@@ -148,8 +148,8 @@ def expected_result(park: Zoo, *models: str, without: str = "") -> dict[str, Any
     """The same figures from a whole matrix of distances."""
     with park.database.read() as session:
         rows = list(session.scalars(select(Shape).where(Shape.id != without)))
-    protocol = plan_protocol(
-        LabelledShape(r.id, r.name, r.label, r.transformation, r.strength) for r in rows
+    protocol = make_protocol(
+        EvaluatedShape(r.id, r.name, r.label, r.transformation, r.strength) for r in rows
     )
     by_id = {row.id: row for row in rows}
     rankings = {}

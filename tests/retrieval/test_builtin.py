@@ -87,7 +87,7 @@ def test_edges_ascend_evenly_and_then_faster() -> None:
 def test_histograms_of_every_heat_time_are_neither_empty_nor_full(
     bumpy: Solution, time: float
 ) -> None:
-    model = heat_model(default_view(), name="mine", time=time)
+    model = heat_model(default_view(), time=time)
     vector = model.channels[0].describe(bumpy)
     assert np.count_nonzero(vector) >= 10
     assert vector[-1] < 0.01

@@ -9,7 +9,7 @@ from numpy.testing import assert_allclose
 
 from workers.geometry.arrays import FloatArray
 from workers.retrieval.evaluation import row_order, summarise
-from workers.retrieval.protocol import LabelledShape, Protocol, plan_protocol
+from workers.retrieval.protocol import EvaluatedShape, Protocol, make_protocol
 from workers.retrieval.ranking import Ranking, rank_queries
 
 KINDS = ("all", "holes", "scale", "melted")
@@ -17,15 +17,15 @@ KINDS = ("all", "holes", "scale", "melted")
 
 def benchmark(n_labels: int = 6, strengths: int = 3) -> Protocol:
     """One null shape a label, four distractors, each label transformed in four ways."""
-    shapes = [LabelledShape(f"t{i}", "", f"label{i}", "null", 0) for i in range(n_labels)]
-    shapes += [LabelledShape(f"u{i}", "", "chair") for i in range(4)]
+    shapes = [EvaluatedShape(f"t{i}", "", f"label{i}", "null", 0) for i in range(n_labels)]
+    shapes += [EvaluatedShape(f"u{i}", "", "chair") for i in range(4)]
     shapes += [
-        LabelledShape(f"q{kind}{i}{s}", "", f"label{i}", kind, s)
+        EvaluatedShape(f"q{kind}{i}{s}", "", f"label{i}", kind, s)
         for kind in KINDS
         for i in range(n_labels)
         for s in range(1, strengths + 1)
     ]
-    return plan_protocol(shapes)
+    return make_protocol(shapes)
 
 
 def distances(protocol: Protocol, seed: int) -> FloatArray:
@@ -42,13 +42,13 @@ def rankings(protocol: Protocol, *seeds: int) -> dict[str, Ranking]:
 
 def test_a_worked_example() -> None:
     """Two labels, two transformations; relevant targets at ranks 1, 2, 3 and 1."""
-    protocol = plan_protocol(
-        [LabelledShape(f"t{i}", "", label, "null", 0) for i, label in enumerate("abc")]
+    protocol = make_protocol(
+        [EvaluatedShape(f"t{i}", "", label, "null", 0) for i, label in enumerate("abc")]
         + [
-            LabelledShape("u0", "", "a", "noise", 1),
-            LabelledShape("u1", "", "b", "noise", 2),
-            LabelledShape("u2", "", "a", "scale", 1),
-            LabelledShape("u3", "", "b", "scale", 1),
+            EvaluatedShape("u0", "", "a", "noise", 1),
+            EvaluatedShape("u1", "", "b", "noise", 2),
+            EvaluatedShape("u2", "", "a", "scale", 1),
+            EvaluatedShape("u3", "", "b", "scale", 1),
         ]
     )
     far = np.array([[1, 2, 3], [1, 2, 3], [3, 1, 2], [2, 1, 3]], dtype=np.float64)
@@ -141,7 +141,7 @@ def test_the_result_does_not_depend_on_the_order_of_models() -> None:
 
 
 def test_left_one_out_has_labels_but_no_rows() -> None:
-    protocol = plan_protocol(LabelledShape(f"{i:02}", "", "abc"[i % 3]) for i in range(12))
+    protocol = make_protocol(EvaluatedShape(f"{i:02}", "", "abc"[i % 3]) for i in range(12))
     far = np.random.default_rng(3).random((12, 12))
     found = summarise(protocol, {"m": rank_queries(protocol, far.__getitem__)})
     assert (found.table, found.by_strength, found.mean_of_rows) == ({}, {}, {})

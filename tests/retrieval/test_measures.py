@@ -6,11 +6,10 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
+from tests.retrieval.leave_one_out import leave_one_out
 from workers.errors import InvalidRequestError
 from workers.retrieval.measures import (
     RetrievalMeasures,
-    leave_one_out,
-    leave_one_out_by_class,
     mean_measures,
     precision_at_recall,
     retrieval_measures,
@@ -19,8 +18,9 @@ from workers.retrieval.measures import (
 PERFECT_OF_THREE = RetrievalMeasures(1.0, 1.0, 1.0, 2 * 3 / 35, 1.0, 1.0)
 
 
-def written_out(relevant: list[bool], count: int) -> list[float]:
+def written_out(relevant: list[bool]) -> list[float]:
     """Every measure as its definition reads."""
+    count = sum(relevant)
     precision = sum(relevant[:32]) / 32
     recall = sum(relevant[:32]) / count
     gain = sum(1 / max(1.0, np.log2(i)) for i, hit in enumerate(relevant, 1) if hit)
@@ -41,9 +41,8 @@ def test_measures_are_their_definitions(seed: int) -> None:
     rng = np.random.default_rng(seed)
     relevant = rng.random(60) < 0.2
     relevant[5] = True
-    count = int(relevant.sum()) + seed % 3
-    found = retrieval_measures(relevant, n_relevant=count)
-    assert_allclose(astuple(found), written_out(relevant.tolist(), count), rtol=1e-12)
+    found = retrieval_measures(relevant)
+    assert_allclose(astuple(found), written_out(relevant.tolist()), rtol=1e-12)
 
 
 def test_a_perfect_list_has_measures_of_one() -> None:
@@ -68,15 +67,13 @@ def test_a_swap_towards_the_front_never_makes_anything_worse() -> None:
             assert getattr(after, name) >= getattr(before, name)
 
 
-@pytest.mark.parametrize(("hits", "count"), [(0, None), (0, 0), (3, 2)])
-def test_counts_that_cannot_be_are_refused(hits: int, count: int | None) -> None:
-    with pytest.raises(InvalidRequestError):
-        retrieval_measures(np.array([True] * hits + [False] * 4), n_relevant=count)
-
-
-def test_nothing_found_of_what_there_is_scores_zero() -> None:
-    found = retrieval_measures(np.zeros(4, dtype=bool), n_relevant=2)
-    assert found == RetrievalMeasures(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+@pytest.mark.parametrize("n", [0, 4])
+def test_a_list_without_a_relevant_shape_is_refused(n: int) -> None:
+    nothing = np.zeros(n, dtype=bool)
+    with pytest.raises(InvalidRequestError, match="expected at least 1"):
+        retrieval_measures(nothing)
+    with pytest.raises(InvalidRequestError, match="expected at least 1"):
+        precision_at_recall(nothing, recalls=np.array([0.5]))
 
 
 def test_leave_one_out_leaves_the_query_out() -> None:
@@ -91,17 +88,6 @@ def test_leave_one_out_leaves_the_query_out() -> None:
     closer = leave_one_out(np.abs(places[:, None] - places), labels)
     assert [closer[i].nearest_neighbour for i in range(4)] == [1.0, 1.0, 0.0, 0.0]
     assert closer[2].average_precision == pytest.approx(0.5)
-
-
-def test_classes_are_means_over_their_queries() -> None:
-    rng = np.random.default_rng(10)
-    distances = rng.random((12, 12))
-    labels = ["x", "y", "z"] * 4
-    single = leave_one_out(distances, labels)
-    by_class = leave_one_out_by_class(distances, labels)
-    assert list(by_class) == ["x", "y", "z"]
-    assert by_class["y"] == mean_measures([single[i] for i in range(1, 12, 3)])
-    assert by_class["y"].dcg == pytest.approx(np.mean([single[i].dcg for i in range(1, 12, 3)]))
 
 
 def test_a_mean_of_nothing_is_refused() -> None:

@@ -7,15 +7,15 @@ from workers.errors import InvalidRequestError
 from workers.retrieval.protocol import (
     NO_LABEL,
     NO_RELEVANT_TARGET,
-    LabelledShape,
-    plan_protocol,
+    EvaluatedShape,
+    make_protocol,
 )
 
 
 def shape(
     number: int, label: str | None, transformation: str | None = None, strength: int | None = None
-) -> LabelledShape:
-    return LabelledShape(f"id-{number:02}", f"{number}.off", label, transformation, strength)
+) -> EvaluatedShape:
+    return EvaluatedShape(f"id-{number:02}", f"{number}.off", label, transformation, strength)
 
 
 BENCHMARK = [
@@ -30,7 +30,7 @@ BENCHMARK = [
 
 
 def test_transformed_shapes_are_asked_with_and_all_others_searched() -> None:
-    found = plan_protocol(BENCHMARK)
+    found = make_protocol(BENCHMARK)
     assert found.queries.tolist() == [2, 3, 4]
     assert found.targets.tolist() == [0, 1, 5, 6]
     assert not found.leave_one_out
@@ -40,10 +40,10 @@ def test_transformed_shapes_are_asked_with_and_all_others_searched() -> None:
 
 
 def test_order_of_the_shapes_changes_nothing() -> None:
-    expected = plan_protocol(BENCHMARK)
+    expected = make_protocol(BENCHMARK)
     for seed in range(5):
         order = np.random.default_rng(seed).permutation(len(BENCHMARK))
-        found = plan_protocol([BENCHMARK[i] for i in order])
+        found = make_protocol([BENCHMARK[i] for i in order])
         assert found.shapes == expected.shapes
         assert found.queries.tolist() == expected.queries.tolist()
         assert found.targets.tolist() == expected.targets.tolist()
@@ -51,7 +51,7 @@ def test_order_of_the_shapes_changes_nothing() -> None:
 
 def test_queries_that_nothing_could_answer_are_named() -> None:
     lost = [shape(7, "bird", "noise", 1), shape(8, None, "noise", 1), shape(9, "", "noise", 2)]
-    found = plan_protocol([*BENCHMARK, *lost])
+    found = make_protocol([*BENCHMARK, *lost])
     assert found.queries.tolist() == [2, 3, 4]
     assert found.targets.tolist() == [0, 1, 5, 6]
     assert [(one.id, one.reason) for one in found.left_out] == [
@@ -64,7 +64,7 @@ def test_queries_that_nothing_could_answer_are_named() -> None:
 @pytest.mark.parametrize("untransformed", [None, "", "null"])
 def test_without_transformations_each_is_asked_against_the_rest(untransformed: str | None) -> None:
     labels = ["a", "a", "b", None, "b", "alone"]
-    found = plan_protocol([shape(i, label, untransformed) for i, label in enumerate(labels)])
+    found = make_protocol([shape(i, label, untransformed) for i, label in enumerate(labels)])
     assert found.leave_one_out
     assert found.queries.tolist() == [0, 1, 2, 4]
     assert found.targets.tolist() == list(range(6))
@@ -86,8 +86,8 @@ def test_without_transformations_each_is_asked_against_the_rest(untransformed: s
     ],
 )
 def test_what_cannot_be_evaluated_says_what_is_there_and_what_is_needed(
-    shapes: list[LabelledShape], words: str
+    shapes: list[EvaluatedShape], words: str
 ) -> None:
     with pytest.raises(InvalidRequestError, match=words) as refused:
-        plan_protocol(shapes)
+        make_protocol(shapes)
     assert "expected a transformed shape and another of its label" in str(refused.value)

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
+from tests.retrieval.leave_one_out import leave_one_out
 from workers.geometry.arrays import FloatArray
-from workers.retrieval.measures import leave_one_out
-from workers.retrieval.protocol import LabelledShape, Protocol, plan_protocol
+from workers.retrieval.protocol import EvaluatedShape, Protocol, make_protocol
 from workers.retrieval.ranking import RECALLS, Ranking, join_rankings, rank_queries
 from workers.retrieval.scan import nearest
 
@@ -19,8 +19,8 @@ def random_protocol(rng: np.random.Generator, n: int, *, transformed: bool) -> P
     labels = ["a", "b", "c", "d", "e", None]
     kinds = ["holes", "noise", "null", None, "null"] if transformed else ["null", None]
     ids = rng.permutation(n)
-    return plan_protocol(
-        LabelledShape(
+    return make_protocol(
+        EvaluatedShape(
             f"id-{i:04}", "", labels[rng.integers(6)], kinds[rng.integers(len(kinds))], None
         )
         for i in ids
@@ -54,9 +54,9 @@ def test_ranks_are_those_of_a_plain_sort(seed: int, transformed: bool) -> None:
 
 
 def test_one_relevant_target_scores_one_over_its_rank_ties_by_id() -> None:
-    protocol = plan_protocol(
-        [LabelledShape(f"t{i}", "", label, "null") for i, label in enumerate("cat")]
-        + [LabelledShape("q0", "", "t", "holes", 1), LabelledShape("q1", "", "c", "holes", 1)]
+    protocol = make_protocol(
+        [EvaluatedShape(f"t{i}", "", label, "null") for i, label in enumerate("cat")]
+        + [EvaluatedShape("q0", "", "t", "holes", 1), EvaluatedShape("q1", "", "c", "holes", 1)]
     )
     found = rank_queries(protocol, np.array([[0.2, 0.1, 0.2], [0.3, 0.3, 0.3]]).__getitem__)
     assert [one.rank for one in found.outcomes] == [3, 1]
@@ -111,14 +111,14 @@ def test_some_at_a_time_are_all() -> None:
 
 def test_many_queries_need_the_memory_of_one_row() -> None:
     """1540 queries on 254 targets: a matrix alone would be 3 MB, its ranks as much again."""
-    shapes = [LabelledShape(f"t{i:04}", "", f"{i}", "null") for i in range(254)]
-    shapes += [LabelledShape(f"q{i:04}", "", f"{i % 20}", "holes", 1) for i in range(1540)]
-    protocol = plan_protocol(shapes)
+    shapes = [EvaluatedShape(f"t{i:04}", "", f"{i}", "null") for i in range(254)]
+    shapes += [EvaluatedShape(f"q{i:04}", "", f"{i % 20}", "holes", 1) for i in range(1540)]
+    protocol = make_protocol(shapes)
 
     def far(place: int) -> FloatArray:
         return np.random.default_rng(place).random(254)
 
-    rank_queries(plan_protocol(shapes[:300]), far)
+    rank_queries(make_protocol(shapes[:300]), far)
     tracemalloc.start()
     found = rank_queries(protocol, far)
     _, peak = tracemalloc.get_traced_memory()

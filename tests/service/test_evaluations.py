@@ -3,10 +3,11 @@
 import numpy as np
 import pytest
 
+from tests.retrieval.leave_one_out import leave_one_out
 from tests.service.running import EGG, GEM, ZOO, Api, Json, zoo_files
 from tests.service.test_models import add_model
 from tests.service.test_openapi import check
-from workers.retrieval.measures import leave_one_out, mean_measures
+from workers.retrieval.measures import mean_measures
 
 MEASURES = {"nearest_neighbour", "first_tier", "second_tier", "e_measure", "dcg", "map"}
 

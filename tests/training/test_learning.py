@@ -317,7 +317,7 @@ def test_the_closed_form_solves_the_generalised_eigenproblem(seed: int) -> None:
 
 def test_the_line_above_the_closed_form_in_the_paper_is_another_function() -> None:
     positive, negative = random_quotient(0)
-    roughness = SplineBasis(1.0, 10.0, 9, 3).roughness()
+    roughness = SplineBasis(1.0, 10.0, 9, 3).roughness_penalty()
     best = closed_form(positive + roughness, negative)
     half = 0.5 * best
 

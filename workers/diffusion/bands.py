@@ -1,4 +1,4 @@
-"""Kernels that let a band of the spectrum through: what is neither near nor far."""
+"""Kernels that let a band of the spectrum through: details of one size."""
 
 from dataclasses import dataclass
 from typing import Any, ClassVar
@@ -32,7 +32,17 @@ class MexicanHatKernel:
             )
 
     def squared_transfer(self, eigenvalues: FloatArray) -> FloatArray:
-        """(tλ)² exp(-2tλ)."""
+        """K²(λ) = (tλ)² exp(-2tλ).
+
+        Parameters
+        ----------
+        eigenvalues : (k,) float64
+            In the inverse unit of the time.
+
+        Returns
+        -------
+        (k,) float64, not negative
+        """
         scaled = self.time * np.asarray(eigenvalues, dtype=np.float64)
         squared: FloatArray = np.square(scaled) * np.exp(-2.0 * scaled)
         return squared
@@ -47,8 +57,8 @@ class MexicanHatKernel:
 class WaveKernel:
     """K²(λ) = exp(-(e - ln λ)² / 2σ²): a quantum particle's energy (Aubry and others 2011).
 
-    Their signature divides by the sum over the spectrum; a channel does so where it is centred
-    by the mean.
+    Their wave kernel signature divides by the sum over the spectrum. A channel does so where its
+    centre is "mean".
 
     Attributes
     ----------
@@ -71,7 +81,17 @@ class WaveKernel:
             )
 
     def squared_transfer(self, eigenvalues: FloatArray) -> FloatArray:
-        """exp(-(e - ln λ)² / 2σ²); 0 at λ = 0."""
+        """K²(λ) = exp(-(e - ln λ)² / 2σ²), 0 at λ = 0.
+
+        Parameters
+        ----------
+        eigenvalues : (k,) float64
+            In the unit of exp(energy).
+
+        Returns
+        -------
+        (k,) float64, not negative
+        """
         with np.errstate(divide="ignore"):
             distance = (self.energy - np.log(np.asarray(eigenvalues))) / self.width
         squared: FloatArray = np.exp(-0.5 * np.square(distance))

@@ -43,7 +43,17 @@ class TabulatedKernel:
         check_squared_transfer(self.eigenvalues, self.values)
 
     def squared_transfer(self, eigenvalues: FloatArray) -> FloatArray:
-        """Interpolate, NaN outside the table; never extrapolated."""
+        """K²(λ), linear in ln λ between the entries of the table.
+
+        Parameters
+        ----------
+        eigenvalues : (k,) float64
+            In the unit of the table.
+
+        Returns
+        -------
+        (k,) float64; NaN outside the table, where nothing is extrapolated
+        """
         inside = within(eigenvalues, *self.domain)
         places = np.log(np.where(inside, eigenvalues, 1.0))
         values = np.interp(places, np.log(self.eigenvalues), self.values)
@@ -117,7 +127,17 @@ class SplineKernel:
         return self.limits or (self.low, self.high)
 
     def squared_transfer(self, eigenvalues: FloatArray) -> FloatArray:
-        """Σ a_i s_i(λ), NaN outside the domain; never extrapolated."""
+        """K²(λ) = Σ a_i s_i(λ), eq. (11).
+
+        Parameters
+        ----------
+        eigenvalues : (k,) float64
+            In the unit of ``low`` and ``high``.
+
+        Returns
+        -------
+        (k,) float64; NaN outside the domain, where nothing is extrapolated
+        """
         eigenvalues = np.asarray(eigenvalues, dtype=np.float64)
         inside = within(eigenvalues, *self.domain)
         places = np.clip(np.where(inside, eigenvalues, self.low), self.low, self.high)
@@ -138,7 +158,20 @@ class SplineKernel:
 
 
 def check_squared_transfer(eigenvalues: FloatArray, squared: FloatArray) -> None:
-    """Raise KernelDomainError at the first value that is no K²."""
+    """Refuse values that are no K².
+
+    Parameters
+    ----------
+    eigenvalues : (k,) float64
+        For the message.
+    squared : (k,) float64
+        K² there.
+
+    Raises
+    ------
+    KernelDomainError
+        One is not finite, or negative; the first of them is named.
+    """
     wrong = np.flatnonzero(~(np.isfinite(squared) & (squared >= 0.0)))
     if len(wrong):
         i = wrong[0]

@@ -1,7 +1,7 @@
 """Diffusion maps, distances between points, and the diagonal k(x,x)."""
 
 import numpy as np
-from scipy.spatial.distance import pdist, squareform
+from scipy.spatial.distance import pdist
 
 from workers.diffusion.kernels import Kernel, evaluate
 from workers.geometry.arrays import FloatArray, IntArray
@@ -37,21 +37,7 @@ def diffusion_map(spectrum: Spectrum, kernel: Kernel, sample: IntArray) -> Float
 def pairwise_diffusion_distances(
     spectrum: Spectrum, kernel: Kernel, sample: IntArray
 ) -> FloatArray:
-    """Diffusion distances of every pair of sampled vertices once, the root of eq. (4).
-
-    Differences are squared one by one: ``|a|² + |b|² - 2ab`` would lose the small distances.
-
-    Returns
-    -------
-    (s (s - 1) / 2,) float64, not negative: those of (0, 1), (0, 2), …, (1, 2), …, as of `pdist`.
-    Arguments and errors are those of `squared_diffusion_distances`.
-    """
-    distances: FloatArray = np.sqrt(pdist(diffusion_map(spectrum, kernel, sample), "sqeuclidean"))
-    return distances
-
-
-def squared_diffusion_distances(spectrum: Spectrum, kernel: Kernel, sample: IntArray) -> FloatArray:
-    """Squared diffusion distances between sampled vertices, eq. (4).
+    """Diffusion distances of every pair of sampled vertices once, the root of eq. (4); a metric.
 
     Differences are squared one by one: ``|a|² + |b|² - 2ab`` would lose the small distances.
 
@@ -66,29 +52,26 @@ def squared_diffusion_distances(spectrum: Spectrum, kernel: Kernel, sample: IntA
 
     Returns
     -------
-    (s, s) float64, symmetric, zero on the diagonal, no entry below 0.
+    (s (s - 1) / 2,) float64, not negative: those of (0, 1), (0, 2), …, (1, 2), …, as of `pdist`.
 
     Raises
     ------
     KernelDomainError
         The kernel is not finite, or negative, on the spectrum's eigenvalues.
     """
-    coordinates = diffusion_map(spectrum, kernel, sample)
-    squared: FloatArray = squareform(pdist(coordinates, "sqeuclidean"))
-    return squared.reshape(len(coordinates), len(coordinates))
-
-
-def diffusion_distances(spectrum: Spectrum, kernel: Kernel, sample: IntArray) -> FloatArray:
-    """Diffusion distances between sampled vertices, the root of eq. (4); a metric.
-
-    Arguments, result and errors are those of `squared_diffusion_distances`.
-    """
-    distances: FloatArray = np.sqrt(squared_diffusion_distances(spectrum, kernel, sample))
+    distances: FloatArray = np.sqrt(pdist(diffusion_map(spectrum, kernel, sample), "sqeuclidean"))
     return distances
 
 
 def diagonal_signature(spectrum: Spectrum, kernel: Kernel) -> FloatArray:
     """k(x,x) = Σ K²(λ_i) φ_i(x)² at every vertex, section 4 (fourth experiment).
+
+    Parameters
+    ----------
+    spectrum : Spectrum
+        k nonzero eigenpairs, area-orthonormal.
+    kernel : Kernel
+        As for `diffusion_map`.
 
     Returns
     -------

@@ -41,49 +41,23 @@ class Distribution:
         return masses
 
 
-def distance_distribution(
-    distances: FloatArray, weights: FloatArray, edges: FloatArray, *, normalised: bool = True
-) -> Distribution:
-    """Distribution of distances under the product measure, eq. (6).
-
-    Every ordered pair (i, j) counts w_i w_j, the diagonal included: it is part of the square of X.
-
-    Parameters
-    ----------
-    distances : (s, s) or (s (s - 1) / 2,) float64
-        Symmetric, not negative; or those of every pair once, as `pairwise_diffusion_distances`
-        gives them.
-    weights : (s,) float64
-        Area that each sampled point stands for.
-    edges : (b + 1,) float64
-        Ascending, starting at 0 or above; smaller values count into the first bin, larger ones
-        into the last.
-    normalised : bool
-        Divide by the whole measure F(∞), the squared area.
-
-    Returns
-    -------
-    Distribution
-    """
-    if distances.ndim == 2:
-        distances = distances[_pairs(len(weights))]
-    values, pairs = product_measure(distances, weights)
-    return value_distribution(values, pairs, edges, normalised=normalised)
-
-
 def product_measure(distances: FloatArray, weights: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Distances of all ordered pairs as values with their weights, (s (s + 1) / 2,) each.
+    """Distances of all ordered pairs with their weights: the product measure of eq. (6).
+
+    Every ordered pair (i, j) weighs w_i w_j, the diagonal included: it is part of X × X.
+    `value_distribution` of the result is the distribution of distances.
 
     Parameters
     ----------
     distances : (s (s - 1) / 2,) float64
         Of every pair once, as `pairwise_diffusion_distances` gives them.
     weights : (s,) float64
+        Area that each sampled point stands for.
 
     Returns
     -------
-    values, weights
-        Each pair counts 2 w_i w_j, and each point w_i² at the distance 0 from itself.
+    values, weights : (s (s + 1) / 2,) float64
+        Each pair weighs 2 w_i w_j, and each point w_i² at the distance 0 from itself.
     """
     i, j = _pairs(len(weights))
     values = np.concatenate([distances, np.zeros(len(weights))])
@@ -93,20 +67,22 @@ def product_measure(distances: FloatArray, weights: FloatArray) -> tuple[FloatAr
 def value_distribution(
     values: FloatArray, weights: FloatArray, edges: FloatArray, *, normalised: bool = True
 ) -> Distribution:
-    """Distribution of values, each with its weight: k(x,x) over the surface, for instance.
+    """Distribution of values, each with its weight: F and f of eq. (6).
 
     Parameters
     ----------
     values, weights : (n,) float64
+        Distances under the `product_measure`, or k(x,x) with the areas of vertices.
     edges : (b + 1,) float64
         Ascending; a value on an inner edge counts into the bin above it, values beyond either
         end into the outermost bin.
     normalised : bool
-        Divide by the sum of the weights.
+        Divide by the sum of the weights; for distances the squared area, F(∞).
 
     Returns
     -------
     Distribution
+        On these edges.
 
     Raises
     ------
@@ -128,18 +104,30 @@ def value_distribution(
 
 
 def bin_numbers(values: FloatArray, edges: FloatArray) -> IntArray:
-    """Number of the bin that each value falls into, (n,), from 0; those beyond in the outermost.
+    """Number of the bin that each value falls into, as a binary search has it.
 
-    A table says which bin the left end of a narrow cell lies in; two comparisons with the edges
-    themselves make it exact. It is a third of the time of a binary search, which is most of the
-    time of a description.
+    It takes a third of the time of a binary search, which would be most of the time that a
+    description of distances takes (commit cfc59f3: 17 ms a shape instead of 26).
+
+    Parameters
+    ----------
+    values : (n,) float64
+        In the unit of the edges.
+    edges : (b + 1,) float64
+        Ascending.
+
+    Returns
+    -------
+    (n,) int64, from 0 to b - 1; values beyond either end are in the outermost bin.
     """
     last = len(edges) - 2
+    # Cells are at most half as wide as the narrowest bin: at most one edge lies in a cell.
     span = float(edges[-1] - edges[0])
     n_cells = 2.0 * np.ceil(span / float(np.diff(edges).min())) + 1.0
     if not n_cells <= _MOST_CELLS:
         return np.clip(np.searchsorted(edges, values, side="right") - 1, 0, last)
     cells = np.clip((values - edges[0]) * (n_cells / span), 0.0, n_cells - 1.0).astype(np.int64)
+    # A table has the bin of each cell's left end; comparisons with the edges make it exact.
     left_ends = edges[0] + np.arange(n_cells) * (span / n_cells)
     bins: IntArray = np.clip(np.searchsorted(edges, left_ends, side="right") - 1, 0, last)[cells]
     bins += values >= np.append(edges[1:-1], np.nan)[bins]  # nothing lies above the last bin
@@ -155,15 +143,37 @@ def _pairs(count: int) -> tuple[IntArray, IntArray]:
 
 
 def weighted_mean(values: FloatArray, weights: FloatArray) -> float:
-    """Mean of (n,) values under (n,) weights."""
+    """Mean of weighted values.
+
+    Parameters
+    ----------
+    values, weights : (n,) float64
+        The weights' sum is not 0.
+
+    Returns
+    -------
+    float
+        In the unit of the values.
+    """
     return float((values * weights).sum() / weights.sum())
 
 
 def weighted_quantiles(values: FloatArray, weights: FloatArray, levels: FloatArray) -> FloatArray:
-    """Quantiles of (n,) values at levels in (0, 1), (q,).
+    """Quantiles of weighted values.
 
-    Each value stands in the middle of its own weight, and between them the quantile is linear,
-    so that it moves continuously with values and weights.
+    Each value stands in the middle of its own weight (Hazen 1914). Between values the quantile is
+    linear, so it moves continuously with values and weights.
+
+    Parameters
+    ----------
+    values, weights : (n,) float64
+        In any order.
+    levels : (q,) float64
+        In (0, 1).
+
+    Returns
+    -------
+    (q,) float64, in the unit of the values
     """
     order = np.argsort(values, kind="stable")
     ordered = weights[order]

@@ -41,7 +41,17 @@ class Kernel(Protocol):
     kind: ClassVar[str]
 
     def squared_transfer(self, eigenvalues: FloatArray) -> FloatArray:
-        """K²(λ) of every eigenvalue, same shape; `evaluate` checks what comes out."""
+        """K²(λ) of every eigenvalue; `evaluate` checks what comes out.
+
+        Parameters
+        ----------
+        eigenvalues : (k,) float64
+            In the unit that the kernel was made for.
+
+        Returns
+        -------
+        (k,) float64
+        """
         ...
 
     @property
@@ -80,7 +90,17 @@ class HeatKernel:
             raise InvalidRequestError(f"heat time is {self.time}, expected a finite number > 0")
 
     def squared_transfer(self, eigenvalues: FloatArray) -> FloatArray:
-        """exp(-2tλ)."""
+        """K²(λ) = exp(-2tλ).
+
+        Parameters
+        ----------
+        eigenvalues : (k,) float64
+            In the inverse unit of the time.
+
+        Returns
+        -------
+        (k,) float64, not negative
+        """
         squared: FloatArray = np.exp(-2.0 * self.time * eigenvalues)
         return squared
 
@@ -97,7 +117,17 @@ class CommuteTimeKernel:
     kind: ClassVar[str] = "commute-time"
 
     def squared_transfer(self, eigenvalues: FloatArray) -> FloatArray:
-        """1/λ."""
+        """K²(λ) = 1/λ.
+
+        Parameters
+        ----------
+        eigenvalues : (k,) float64
+            In any unit: distances do not see scale.
+
+        Returns
+        -------
+        (k,) float64, infinite at 0
+        """
         return _inverse(eigenvalues)
 
     @property
@@ -113,7 +143,17 @@ class BiharmonicKernel:
     kind: ClassVar[str] = "biharmonic"
 
     def squared_transfer(self, eigenvalues: FloatArray) -> FloatArray:
-        """1/λ²."""
+        """K²(λ) = 1/λ².
+
+        Parameters
+        ----------
+        eigenvalues : (k,) float64
+            In any unit.
+
+        Returns
+        -------
+        (k,) float64, infinite at 0
+        """
         return _inverse(eigenvalues) ** 2
 
     @property
@@ -128,6 +168,7 @@ def evaluate(kernel: Kernel, eigenvalues: FloatArray) -> FloatArray:
     Parameters
     ----------
     kernel : Kernel
+        Gives K².
     eigenvalues : (k,) float64
         Nonzero eigenvalues, in the unit that the kernel was made for.
 
@@ -152,12 +193,33 @@ def evaluate(kernel: Kernel, eigenvalues: FloatArray) -> FloatArray:
 
 
 def kernel_to_json(kernel: Kernel) -> dict[str, Any]:
-    """``{"kind": ..., "parameters": {...}}``; `kernel_from_json` reads it."""
+    """Kernel as plain JSON.
+
+    Parameters
+    ----------
+    kernel : Kernel
+        Of any kind below.
+
+    Returns
+    -------
+    dict
+        ``{"kind": ..., "parameters": {...}}``, which `kernel_from_json` reads.
+    """
     return {"kind": kernel.kind, "parameters": kernel.parameters}
 
 
 def kernel_from_json(value: Mapping[str, Any]) -> Kernel:
     """Return the kernel that `kernel_to_json` wrote.
+
+    Parameters
+    ----------
+    value : Mapping
+        ``{"kind": ..., "parameters": {...}}``.
+
+    Returns
+    -------
+    Kernel
+        Of this kind.
 
     Raises
     ------

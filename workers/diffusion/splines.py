@@ -17,10 +17,10 @@ _SLACK = 1e-12  # of a bound
 class SplineBasis:
     """Functions s_i(λ) on [low, high] that sum to 1, none below 0; knots are uniform in ln λ.
 
-    One class is eq. (11) and both interpolation operators of eq. (10): of degree 1 the
-    coefficients are values on a grid γ, uniform in ln λ, and linear between; of degree 0 each
-    eigenvalue takes the value of the nearest grid point. Higher degrees end with multiple knots, so
-    that the outermost coefficients are the values at the ends.
+    One class is eq. (11) and both interpolation operators of eq. (10). Of degree 1 the
+    coefficients are values on a grid γ, uniform in ln λ, and linear between. Of degree 0 each
+    eigenvalue takes the value of the nearest grid point. Higher degrees end with multiple knots:
+    there the outermost coefficients are the values at the ends.
 
     Attributes
     ----------
@@ -78,6 +78,7 @@ class SplineBasis:
         Parameters
         ----------
         eigenvalues : (k,) float64
+            In the unit of ``low`` and ``high``.
 
         Returns
         -------
@@ -95,11 +96,15 @@ class SplineBasis:
         values[~inside] = np.nan
         return values
 
-    def roughness(self) -> FloatArray:
-        """R of eq. (12), (q, q): ∫ s_i' s_j' d ln λ, exactly.
+    def roughness_penalty(self) -> FloatArray:
+        """R of eq. (12): ∫ s_i' s_j' d ln λ, exactly.
 
-        The paper's matrix lost the second ∇. Of degree 0, whose functions have no derivative, it
-        is that of the differences between neighbours on the grid.
+        The paper's matrix lost the second ∇. Functions of degree 0 have no derivative: there it is
+        the matrix of differences between neighbours on the grid.
+
+        Returns
+        -------
+        (q, q) float64, symmetric, positive semidefinite; constants are in its kernel.
         """
         if self.degree == 0:
             width = np.log(self.high / self.low) / (self.size - 1)
@@ -110,12 +115,24 @@ class SplineBasis:
         half = 0.5 * np.diff(inner)[:, None]  # (cells, 1)
         points = (0.5 * (inner[1:] + inner[:-1])[:, None] + half * nodes).ravel()
         slopes = BSpline(self.knots, np.eye(self.size), self.degree).derivative()(points)  # (p, q)
-        roughness: FloatArray = slopes.T @ ((half * weights).ravel()[:, None] * slopes)
-        return roughness
+        penalty: FloatArray = slopes.T @ ((half * weights).ravel()[:, None] * slopes)
+        return penalty
 
 
 def within(eigenvalues: FloatArray, low: float, high: float) -> BoolArray:
-    """Which eigenvalues lie in [low, high]; one that was rounded in the last place still does."""
+    """Which eigenvalues lie in [low, high].
+
+    Parameters
+    ----------
+    eigenvalues : (k,) float64
+        One that was rounded in the last place still lies inside.
+    low, high : float
+        In the same unit.
+
+    Returns
+    -------
+    (k,) bool
+    """
     slack = 1.0 + _SLACK
     inside: BoolArray = (eigenvalues >= low / slack) & (eigenvalues <= high * slack)
     return inside

@@ -9,7 +9,7 @@ from sqlalchemy.orm import Session
 
 from workers.errors import ShapeNotReadyError
 from workers.pipeline.plans import describe_parts, evaluate_part
-from workers.retrieval.protocol import LabelledShape, LeftOut, Protocol, plan_protocol
+from workers.retrieval.protocol import EvaluatedShape, LeftOut, Protocol, make_protocol
 from workers.storage.blobs import BlobStore, frame_key
 from workers.storage.collections import get_collection
 from workers.storage.descriptors import undescribed_shapes
@@ -38,13 +38,13 @@ class Frame:
     Shapes that come later, or get another label, change nothing of it.
     """
 
-    shapes: tuple[LabelledShape, ...]
+    shapes: tuple[EvaluatedShape, ...]
     left_out: tuple[LeftOut, ...]
 
     @property
     def protocol(self) -> Protocol:
         """Queries and targets; InvalidRequestError if there are none."""
-        return plan_protocol(self.shapes)
+        return make_protocol(self.shapes)
 
     def restricted_to(self, ids: Members[str]) -> "Frame":
         """The same without the shapes that cannot be compared under every model."""
@@ -82,7 +82,7 @@ def frame_to_evaluate(session: Session, request: EvaluationRequest) -> Frame:
         )
     failed = tuple(LeftOut(shape.id, shape.name, FAILED) for shape in census.failed)
     frame = Frame(census.ready, failed)
-    plan_protocol(frame.shapes)
+    make_protocol(frame.shapes)
     return frame
 
 
@@ -102,7 +102,7 @@ def load_frame(blobs: BlobStore, evaluation_id: str, digest: str) -> Frame:
     """Return the frame with this digest; BlobNotFoundError if there is none."""
     document = json.loads(blobs.get(frame_key(evaluation_id, digest)))
     return Frame(
-        tuple(LabelledShape(*facts) for facts in document["shapes"]),
+        tuple(EvaluatedShape(*facts) for facts in document["shapes"]),
         tuple(LeftOut(*facts) for facts in document["left_out"]),
     )
 

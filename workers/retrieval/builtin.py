@@ -1,8 +1,9 @@
 """The models that need no learning and are there from the first start.
 
-Defaults were measured leave-one-out on 80 poses of 8 deformable shapes among 26 other objects:
-32 to 200 bins, evenly or unevenly spaced, and 400 to 1500 samples are level within 0.5 points of
-mean average precision; so is half precision of the stored eigenvectors.
+Defaults were measured leave-one-out on 80 poses of 8 deformable shapes among 26 other objects
+(``proteus benchmark run``, commit 871f040). 32 to 200 bins, evenly or unevenly spaced, and 400 to
+1500 samples are level within 0.5 points of mean average precision. So is half precision of the
+stored eigenvectors.
 """
 
 import math
@@ -21,12 +22,12 @@ from workers.retrieval.model import Model
 DESCRIPTION_VERSION = "1"
 """Part of every model's versions: raised when the same spectrum gives another descriptor."""
 
-HEAT_TIME = 0.15  # in 1/λ₁; the best single kernel found (SCIENCE.md, section 3)
-SHORTEST_HEAT_TIME = 0.002  # below it a hundred eigenpairs all count in full
-LONGEST_HEAT_TIME = 20.0
-FIRST_EIGENVALUE = 6.3  # of a creature of area 1, in the median
-SHAPE_DNA_EIGENVALUES = 20
-EVEN_BINS, TAIL_BINS, TAIL_FACTOR = 90, 10, 4.0
+HEAT_TIME = 0.15  # in 1/λ₁; docs/learning.md has it beside 0.05 and 0.3
+SHORTEST_HEAT_TIME = 0.002  # in 1/λ₁; below it a hundred eigenpairs all count in full (Weyl)
+LONGEST_HEAT_TIME = 20.0  # in 1/λ₁: exp(-2 · 20) = 4·10⁻¹⁸ of the first eigenpair are left
+FIRST_EIGENVALUE = 6.3  # median over creatures of area 1 (commit 214c021)
+SHAPE_DNA_EIGENVALUES = 20  # a choice: what the benchmarks in docs/method.md were run with
+EVEN_BINS, TAIL_BINS, TAIL_FACTOR = 90, 10, 4.0  # level with others, see above
 
 
 def built_in_models(*, working_vertices: int = 5000) -> tuple[Model, ...]:
@@ -36,6 +37,11 @@ def built_in_models(*, working_vertices: int = 5000) -> tuple[Model, ...]:
     ----------
     working_vertices : int
         Of their common view, see `default_view`.
+
+    Returns
+    -------
+    tuple of Model
+        Of one channel each.
     """
     view = default_view(working_vertices=working_vertices)
     return (
@@ -49,19 +55,28 @@ def built_in_models(*, working_vertices: int = 5000) -> tuple[Model, ...]:
 
 
 def heat_model(
-    view: View,
-    *,
-    name: str = "heat",
-    time: float = HEAT_TIME,
-    normalisation: str = "first-eigenvalue",
+    view: View, *, time: float = HEAT_TIME, normalisation: str = "first-eigenvalue"
 ) -> Model:
-    """Distances of the heat kernel at a time in units of 1/λ₁, so that scale is forgotten.
+    """Model of the distances of the heat kernel.
 
-    Or at a time in units of the area, or of the mesh's own area, as the normalisation says.
-    The histogram's range follows the time: 3 at the default one, where the largest distances of
-    common shapes are 2 to 3; shorter times stretch it by 1/√t, as long as further eigenpairs come
-    in (Weyl's law), longer ones shrink it by exp(-λ₁t), as the first eigenfunction does. Where λ₁
-    is not known, it is by 1/√t alone.
+    The histogram's range follows the time. It is 3 at the default one, where the largest distances
+    of common shapes are 2 to 3. Shorter times stretch it by 1/√t, as long as further eigenpairs
+    come in (Weyl's law). Longer ones shrink it by exp(-λ₁t), as the first eigenfunction does.
+    Where λ₁ is not known, it is by 1/√t alone.
+
+    Parameters
+    ----------
+    view : View
+        Under which it is described.
+    time : float
+        In 1/λ₁, so that scale is forgotten, or in the unit of another normalisation.
+    normalisation : str
+        "first-eigenvalue"; "area" for times as a share of the area; "none" for the mesh's own.
+
+    Returns
+    -------
+    Model
+        Of one channel.
 
     Raises
     ------
@@ -74,7 +89,7 @@ def heat_model(
         top = 3.0 * math.sqrt(HEAT_TIME / time)
     else:
         top = math.sqrt(first) * _heat_reach(first * time)
-    return distance_model("heat", kernel, view, normalisation=normalisation, top=top, name=name)
+    return distance_model("heat", kernel, view, normalisation=normalisation, top=top)
 
 
 def _heat_reach(time: float) -> float:
@@ -103,9 +118,11 @@ def distance_model(
     Parameters
     ----------
     method : str
+        By which the kernel is found.
     kernel : Kernel
         For eigenvalues in the unit of the normalisation.
     view : View
+        Under which it is described.
     normalisation : str
         The scale that is forgotten.
     top : float
@@ -114,6 +131,11 @@ def distance_model(
         The method's where none is given.
     parameters : Mapping, optional
         Of the method; the kernel's where none are given.
+
+    Returns
+    -------
+    Model
+        Its distance is the L1 distance of the histograms.
     """
     channel = DistanceChannel(
         name="distances",
@@ -127,10 +149,21 @@ def distance_model(
     return _single_channel_model(name or method, method, own, view, channel)
 
 
-def shape_dna_model(
-    view: View, *, name: str = "shape-dna", eigenvalues: int = SHAPE_DNA_EIGENVALUES
-) -> Model:
-    """Logarithms of the first eigenvalues at area 1 (Reuter, Wolter, Peinecke 2005)."""
+def shape_dna_model(view: View, *, eigenvalues: int = SHAPE_DNA_EIGENVALUES) -> Model:
+    """Model of the logarithms of the first eigenvalues at area 1 (Reuter, Wolter, Peinecke 2005).
+
+    Parameters
+    ----------
+    view : View
+        Under which it is described.
+    eigenvalues : int
+        How many.
+
+    Returns
+    -------
+    Model
+        Its distance is Euclidean.
+    """
     channel = EigenvalueChannel(
         name="eigenvalues",
         view=view.name,
@@ -139,14 +172,24 @@ def shape_dna_model(
         dissimilarity="l2",
     )
     parameters = {"eigenvalues": eigenvalues}
-    return _single_channel_model(name, "shape-dna", parameters, view, channel)
+    return _single_channel_model("shape-dna", "shape-dna", parameters, view, channel)
 
 
 def histogram_edges(top: float) -> tuple[float, ...]:
     """Edges of 90 even bins from 0 to ``top`` and 10 growing ones up to 4 times as far.
 
-    The tail is for thin and nearly parted shapes, whose distances have no upper bound; of the
-    common ones next to nothing lies there.
+    The tail is for thin and nearly parted shapes, whose distances have no upper bound. Of common
+    shapes next to nothing lies there.
+
+    Parameters
+    ----------
+    top : float
+        Above 0, in the unit of the distances.
+
+    Returns
+    -------
+    (101,) tuple of float
+        Ascending, to nine digits.
     """
     even = np.linspace(0.0, top, EVEN_BINS + 1)
     tail = np.geomspace(top, TAIL_FACTOR * top, TAIL_BINS + 1)[1:]

@@ -1,8 +1,8 @@
 """How far apart different kinds of creature are: what a distance is measured by.
 
-The table is made by ``python -m benchmarks.calibrate``, which prints it: medians over pairs of
-creatures of different species, described by the built-in models, and behind each the similarity
-of two poses of one individual that follows from it. Nothing in it is random.
+``python -m benchmarks.calibrate`` prints the table: medians over pairs of creatures of different
+species under the built-in models. Behind each stands the similarity of two poses of one individual
+that follows from it. Nothing in it is random.
 """
 
 from collections.abc import Mapping
@@ -79,8 +79,9 @@ def typical_distance(model: Model, dissimilarity: str | None = None) -> float:
     Parameters
     ----------
     model : Model
+        Any.
     dissimilarity : str, optional
-        Asked for instead of the channels' own.
+        Instead of the channels' own.
 
     Returns
     -------
@@ -100,7 +101,18 @@ def typical_distance(model: Model, dissimilarity: str | None = None) -> float:
 
 
 def impostor_quantiles(distances: FloatArray) -> tuple[float, ...]:
-    """Distances below which `IMPOSTOR_SHARES` of the impostor pairs (i,) lie, to five digits."""
+    """Distances below which `IMPOSTOR_SHARES` of the impostor pairs lie.
+
+    Parameters
+    ----------
+    distances : (i,) float64
+        Of pairs of a copy and a shape that it is no copy of.
+
+    Returns
+    -------
+    tuple of float
+        To five digits; empty if there are no pairs.
+    """
     if len(distances) == 0:
         return ()
     found = np.quantile(distances, IMPOSTOR_SHARES)
@@ -113,6 +125,7 @@ def impostor_share(distances: FloatArray, quantiles: tuple[float, ...]) -> Float
     Parameters
     ----------
     distances : (n,) float64
+        Under the model that was calibrated.
     quantiles : tuple of float
         Of `impostor_quantiles`.
 

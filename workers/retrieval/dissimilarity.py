@@ -1,8 +1,11 @@
 """Dissimilarities of descriptors, section 2.5, row by row and bit for bit the same anywhere.
 
-A row is either a distribution (measure a bin, with the bins' widths) or a plain vector. Nothing
-here multiplies matrices and every row is summed by itself, in contiguous float64, so that a row's
-result depends on no other row and not on how many there are.
+A row is either a distribution (probabilities of bins, with the bins' widths) or a plain vector.
+Nothing here multiplies matrices, and every row is summed by itself, contiguous in memory. So a
+row's result depends on no other row and not on how many there are.
+
+Each comparison below takes a query (1, d), a block of rows (c, d) and the widths of the bins (d,).
+It returns (c,). `DISSIMILARITIES` applies them to a matrix of any length.
 """
 
 from collections.abc import Callable, Mapping
@@ -48,42 +51,42 @@ EPSILON = 1e-6
 """Probability added to every bin (then normalised again) where an empty one would be infinite."""
 
 CHUNK_ELEMENTS = 1 << 16
-"""Entries of the matrix that are worked on at once: half a megabyte, which stays in cache."""
+"""Entries of the matrix that are worked on at once: half a megabyte, so that they stay in cache."""
 
 
-def l1(p: FloatArray, q: FloatArray, widths: FloatArray) -> FloatArray:
+def _l1(p: FloatArray, q: FloatArray, widths: FloatArray) -> FloatArray:
     """∫|f - g|: of masses, so that the widths cancel."""
     return _sums(np.abs(p - q))
 
 
-def l2(p: FloatArray, q: FloatArray, widths: FloatArray) -> FloatArray:
+def _l2(p: FloatArray, q: FloatArray, widths: FloatArray) -> FloatArray:
     """(∫|f - g|²)^½ of the densities."""
     return np.sqrt(_squared_norm(p - q, widths))
 
 
-def linf(p: FloatArray, q: FloatArray, widths: FloatArray) -> FloatArray:
+def _linf(p: FloatArray, q: FloatArray, widths: FloatArray) -> FloatArray:
     """Largest |f - g| of the densities."""
     return _largest(np.abs(p - q) / widths)
 
 
-def normalised_l1(p: FloatArray, q: FloatArray, widths: FloatArray) -> FloatArray:
+def _normalised_l1(p: FloatArray, q: FloatArray, widths: FloatArray) -> FloatArray:
     """‖f - g‖₁ / (‖f‖₁ + ‖g‖₁), in [0, 1]."""
-    return _ratio(l1(p, q, widths), _sums(np.abs(p)) + _sums(np.abs(q)))
+    return _ratio(_l1(p, q, widths), _sums(np.abs(p)) + _sums(np.abs(q)))
 
 
-def normalised_l2(p: FloatArray, q: FloatArray, widths: FloatArray) -> FloatArray:
+def _normalised_l2(p: FloatArray, q: FloatArray, widths: FloatArray) -> FloatArray:
     """‖f - g‖₂ / (‖f‖₂ + ‖g‖₂), in [0, 1]."""
     norms = np.sqrt(_squared_norm(p, widths)) + np.sqrt(_squared_norm(q, widths))
-    return _ratio(l2(p, q, widths), norms)
+    return _ratio(_l2(p, q, widths), norms)
 
 
-def kullback_leibler(p: FloatArray, q: FloatArray, widths: FloatArray) -> FloatArray:
+def _kullback_leibler(p: FloatArray, q: FloatArray, widths: FloatArray) -> FloatArray:
     """Σ p ln(p/q) of the query p against the row q, both with `EPSILON` in every bin."""
     p, q = _smoothed(p), _smoothed(q)
     return np.maximum(_sums(p * np.log(p / q)), 0.0)
 
 
-def jensen_shannon(p: FloatArray, q: FloatArray, widths: FloatArray) -> FloatArray:
+def _jensen_shannon(p: FloatArray, q: FloatArray, widths: FloatArray) -> FloatArray:
     """Root of the Jensen-Shannon divergence in nats: a metric, at most √ln 2."""
     p, q = _probabilities(p), _probabilities(q)
     middle = 0.5 * (p + q)
@@ -91,29 +94,29 @@ def jensen_shannon(p: FloatArray, q: FloatArray, widths: FloatArray) -> FloatArr
     return np.sqrt(np.maximum(divergence, 0.0))
 
 
-def bhattacharyya(p: FloatArray, q: FloatArray, widths: FloatArray) -> FloatArray:
+def _bhattacharyya(p: FloatArray, q: FloatArray, widths: FloatArray) -> FloatArray:
     """-ln Σ √(pq), both with `EPSILON` in every bin, so that disjoint ones stay finite."""
     return -np.log1p(-np.minimum(_squared_hellinger(_smoothed(p), _smoothed(q)), 1.0 - EPSILON**2))
 
 
-def hellinger(p: FloatArray, q: FloatArray, widths: FloatArray) -> FloatArray:
+def _hellinger(p: FloatArray, q: FloatArray, widths: FloatArray) -> FloatArray:
     """(½ Σ (√p - √q)²)^½, in [0, 1]."""
     return np.sqrt(_squared_hellinger(_probabilities(p), _probabilities(q)))
 
 
-def chi_squared(p: FloatArray, q: FloatArray, widths: FloatArray) -> FloatArray:
+def _chi_squared(p: FloatArray, q: FloatArray, widths: FloatArray) -> FloatArray:
     """½ Σ (p - q)² / (p + q), the symmetric form; bins that are empty in both count nothing."""
     return 0.5 * _sums(_ratio(np.square(p - q), p + q))
 
 
-def earth_movers(p: FloatArray, q: FloatArray, widths: FloatArray) -> FloatArray:
+def _earth_movers(p: FloatArray, q: FloatArray, widths: FloatArray) -> FloatArray:
     """Earth mover's distance of the normalised masses, each at the centre of its bin."""
     gaps = 0.5 * (widths[1:] + widths[:-1])  # (d - 1,)
     flow = np.cumsum(_probabilities(p) - _probabilities(q), axis=1)[:, :-1]  # (c, d - 1)
     return _sums(np.abs(flow) * gaps)
 
 
-def kolmogorov_smirnov(p: FloatArray, q: FloatArray, widths: FloatArray) -> FloatArray:
+def _kolmogorov_smirnov(p: FloatArray, q: FloatArray, widths: FloatArray) -> FloatArray:
     """Largest |F - G| of the normalised cumulative distributions, in [0, 1]."""
     return _largest(np.abs(np.cumsum(_probabilities(p) - _probabilities(q), axis=1)))
 
@@ -189,18 +192,18 @@ def _by_rows(compare: Callable[[FloatArray, FloatArray, FloatArray], FloatArray]
 
 DISSIMILARITIES: Mapping[str, Dissimilarity] = MappingProxyType(
     {
-        "l1": _by_rows(l1),
-        "l2": _by_rows(l2),
-        "linf": _by_rows(linf),
-        "normalised-l1": _by_rows(normalised_l1),
-        "normalised-l2": _by_rows(normalised_l2),
-        "kullback-leibler": _by_rows(kullback_leibler),
-        "jensen-shannon": _by_rows(jensen_shannon),
-        "bhattacharyya": _by_rows(bhattacharyya),
-        "hellinger": _by_rows(hellinger),
-        "chi-squared": _by_rows(chi_squared),
-        "earth-movers": _by_rows(earth_movers),
-        "kolmogorov-smirnov": _by_rows(kolmogorov_smirnov),
+        "l1": _by_rows(_l1),
+        "l2": _by_rows(_l2),
+        "linf": _by_rows(_linf),
+        "normalised-l1": _by_rows(_normalised_l1),
+        "normalised-l2": _by_rows(_normalised_l2),
+        "kullback-leibler": _by_rows(_kullback_leibler),
+        "jensen-shannon": _by_rows(_jensen_shannon),
+        "bhattacharyya": _by_rows(_bhattacharyya),
+        "hellinger": _by_rows(_hellinger),
+        "chi-squared": _by_rows(_chi_squared),
+        "earth-movers": _by_rows(_earth_movers),
+        "kolmogorov-smirnov": _by_rows(_kolmogorov_smirnov),
     }
 )
 """Every dissimilarity by its name; `find_dissimilarity` explains a name that is not here."""
@@ -210,7 +213,19 @@ VECTOR_DISSIMILARITIES = ("l1", "l2", "linf")
 
 
 def find_dissimilarity(name: str, *, distribution: bool = True) -> Dissimilarity:
-    """Return a dissimilarity for distributions, or for plain vectors.
+    """Dissimilarity of a name, for distributions or for plain vectors.
+
+    Parameters
+    ----------
+    name : str
+        One of `DISSIMILARITIES`.
+    distribution : bool
+        False if the rows are quantiles, eigenvalues or the like.
+
+    Returns
+    -------
+    Dissimilarity
+        Compares a query with the rows of a matrix.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""The tables of an evaluation: Table 1, by strength, by label, means and how sure they are."""
+"""The tables of an evaluation: Table 1, by strength, by label, means and their intervals."""
 
 from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass
@@ -53,7 +53,13 @@ class EvaluationResult:
     differences: Mapping[str, Mapping[str, Interval]]
 
     def to_json(self) -> dict[str, Any]:
-        """Plain JSON in per cent, under the names of the interface."""
+        """Figures in per cent, under the names of the interface.
+
+        Returns
+        -------
+        dict
+            Plain JSON.
+        """
         return {
             "mean_average_precision": _percent(self.mean_average_precision),
             "table": _percent(self.table),
@@ -78,10 +84,16 @@ def summarise(
     Parameters
     ----------
     protocol : Protocol
+        Which shapes are queries.
     rankings : Mapping
         By model's name, at least one; all of this protocol.
     seed : int
         Of the bootstrap.
+
+    Returns
+    -------
+    EvaluationResult
+        Of all models.
     """
     models = list(rankings)
     found = {m: [one.measures for one in rankings[m].outcomes] for m in models}
@@ -120,7 +132,18 @@ def summarise(
 
 
 def row_order(transformations: Iterable[str]) -> list[str]:
-    """Names of transformations, each once, in the order of Table 1; others after them by name."""
+    """Names of transformations in the order of Table 1.
+
+    Parameters
+    ----------
+    transformations : iterable of str
+        In any order, some of them perhaps several times.
+
+    Returns
+    -------
+    list of str
+        Each once; those that are not in Table 1 stand behind, by name.
+    """
     known = {name: place for place, name in enumerate(TRANSFORMATIONS)}
     return sorted(set(transformations), key=lambda name: (known.get(name, len(known)), name))
 

@@ -21,6 +21,7 @@ def fuse(
     dissimilarities : sequence of (n,) float64
         D of every channel, not negative.
     channels : sequence of Channel
+        With their scales and weights.
     power : float
         p > 0.
 

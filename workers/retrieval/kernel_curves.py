@@ -46,10 +46,12 @@ def kernel_curves(model: Model) -> tuple[KernelCurve, ...]:
     Parameters
     ----------
     model : Model
+        Any.
 
     Returns
     -------
     tuple of KernelCurve
+        In the order of the channels.
     """
     curves = []
     for channel in model.channels:

@@ -97,6 +97,7 @@ class Model:
         Parameters
         ----------
         name : str
+            That a query asks for.
 
         Raises
         ------
@@ -149,10 +150,12 @@ class Model:
         Parameters
         ----------
         value : Mapping
+            Plain JSON.
 
         Returns
         -------
         Model
+            Equal to the one that was written.
 
         Raises
         ------
@@ -185,6 +188,7 @@ def describe(solutions: Mapping[str, Solution], model: Model) -> Float32Array:
     solutions : Mapping
         By the view's name, for each of ``model.views``.
     model : Model
+        Under which it is described.
 
     Returns
     -------

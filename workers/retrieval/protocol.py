@@ -1,4 +1,4 @@
-"""Who is asked and who is searched when models are measured on a labelled collection."""
+"""Which shapes are queries and targets when models are measured on a labelled collection."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -17,8 +17,16 @@ UNLABELLED = -1
 
 
 @dataclass(frozen=True)
-class LabelledShape:
-    """What an evaluation has to know of a shape; "" is no label."""
+class EvaluatedShape:
+    """What an evaluation has to know of a shape.
+
+    Attributes
+    ----------
+    id, name : str
+    label, transformation : str or None
+        "" is none.
+    strength : int or None
+    """
 
     id: str
     name: str = ""
@@ -34,7 +42,7 @@ class LabelledShape:
 
 @dataclass(frozen=True)
 class LeftOut:
-    """A shape that was not asked with, and why: one of the reasons above, or a caller's own."""
+    """A shape that is no query, and the reason: one of those above, or a caller's own."""
 
     id: str
     name: str
@@ -47,7 +55,7 @@ class Protocol:
 
     Attributes
     ----------
-    shapes : tuple of n LabelledShape
+    shapes : tuple of n EvaluatedShape
         Ordered by id, so that the order of indices breaks ties as the search does.
     classes : (n,) int64
         Number of each shape's label, -1 where it has none.
@@ -61,7 +69,7 @@ class Protocol:
         Shapes that would have been queries.
     """
 
-    shapes: tuple[LabelledShape, ...]
+    shapes: tuple[EvaluatedShape, ...]
     classes: IntArray
     labels: tuple[str, ...]
     queries: IntArray
@@ -70,17 +78,27 @@ class Protocol:
     left_out: tuple[LeftOut, ...]
 
 
-def plan_protocol(shapes: Iterable[LabelledShape]) -> Protocol:
+def make_protocol(shapes: Iterable[EvaluatedShape]) -> Protocol:
     """Choose queries and targets.
 
     Where shapes are transformed, those are the queries and all others the targets. Otherwise each
     shape is a query against the rest. A shape without a label is never a query, nor is one whose
-    label no other target has; both are named. Among the targets they stay.
+    label no other target has. Both are named, and stay among the targets.
+
+    Parameters
+    ----------
+    shapes : iterable of EvaluatedShape
+        In any order, each id once.
+
+    Returns
+    -------
+    Protocol
+        At least one query.
 
     Raises
     ------
     InvalidRequestError
-        There is nothing to ask or nothing to be found; says what there is and what is needed.
+        There is no query with a relevant target; says what there is and what is needed.
     """
     ordered = tuple(sorted(shapes, key=lambda shape: shape.id))
     labels = tuple(sorted({shape.label for shape in ordered if shape.label}))
@@ -112,7 +130,7 @@ def plan_protocol(shapes: Iterable[LabelledShape]) -> Protocol:
 
 
 def _what_is_missing(
-    shapes: tuple[LabelledShape, ...], labels: tuple[str, ...], transformed: int
+    shapes: tuple[EvaluatedShape, ...], labels: tuple[str, ...], transformed: int
 ) -> str:
     with_label = sum(bool(shape.label) for shape in shapes)
     return (

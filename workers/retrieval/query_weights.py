@@ -23,6 +23,7 @@ def kept_shares(descriptors: Float32Array | FloatArray, model: Model) -> FloatAr
     descriptors : (q, d) float32
         Of queries.
     model : Model
+        Under which they were described.
 
     Returns
     -------
@@ -48,7 +49,9 @@ def weighted_for(query: Float32Array | FloatArray, model: Model) -> Model:
     Parameters
     ----------
     query : (d,) float32
+        Descriptor.
     model : Model
+        Under which it was described.
 
     Returns
     -------

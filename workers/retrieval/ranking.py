@@ -1,4 +1,4 @@
-"""What every query of an evaluation found: ranks and measures, query by query."""
+"""Ranks and measures of each query of an evaluation."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import astuple, dataclass
@@ -20,7 +20,7 @@ TOP = 10
 
 @dataclass(frozen=True)
 class QueryOutcome:
-    """What one query found under one model.
+    """What one query has under one model.
 
     Attributes
     ----------
@@ -38,7 +38,7 @@ class QueryOutcome:
 
 @dataclass(frozen=True, eq=False)
 class Ranking:
-    """What queries of a protocol found under one model, in their order.
+    """Outcomes of a protocol's queries under one model, in their order.
 
     ``precision`` (21,) is the mean over them of the interpolated precision at `RECALLS`.
     """
@@ -47,7 +47,13 @@ class Ranking:
     precision: FloatArray
 
     def to_json(self) -> dict[str, Any]:
-        """Everything that `from_json` needs, as plain JSON; floats keep all of their bits."""
+        """Everything that `from_json` needs; floats keep all of their bits.
+
+        Returns
+        -------
+        dict
+            Plain JSON.
+        """
         return {
             "outcomes": [
                 [list(astuple(one.measures)), one.rank, list(one.top)] for one in self.outcomes
@@ -57,7 +63,18 @@ class Ranking:
 
     @classmethod
     def from_json(cls, value: Mapping[str, Any]) -> "Ranking":
-        """Return the ranking that `to_json` wrote."""
+        """Return the ranking that `to_json` wrote.
+
+        Parameters
+        ----------
+        value : Mapping
+            Plain JSON.
+
+        Returns
+        -------
+        Ranking
+            With the same bits.
+        """
         return cls(
             tuple(
                 QueryOutcome(RetrievalMeasures(*measures), rank, tuple(top))
@@ -70,20 +87,22 @@ class Ranking:
 def rank_queries(
     protocol: Protocol, distances: Callable[[int], FloatArray], *, places: range | None = None
 ) -> Ranking:
-    """Ask with every query, one after the other: memory is that of one row of distances.
+    """Rank the targets for every query, one after the other: memory is that of one row.
 
     Parameters
     ----------
     protocol : Protocol
+        Which shapes are queries and targets.
     distances : callable
         From the place of a query in ``protocol.queries`` to its distances (m,) from all of
         ``protocol.targets``; for a matrix (q, m) its ``__getitem__``. Ties go to the lower id.
     places : range, optional
-        Of the queries to ask with, at least one; all by default.
+        Of the queries that are ranked, at least one; all by default.
 
     Returns
     -------
     Ranking
+        In the order of the places.
     """
     outcomes = []
     precision = np.zeros(len(RECALLS))
@@ -103,10 +122,21 @@ def rank_queries(
     return Ranking(tuple(outcomes), read_only(precision / len(outcomes), np.float64))
 
 
-def join_rankings(parts: Sequence[Ranking]) -> Ranking:
-    """Ranking of all queries from those of some at a time, in their order; at least one."""
-    if len(parts) == 1:
-        return parts[0]
-    outcomes = tuple(outcome for part in parts for outcome in part.outcomes)
-    total = sum((len(part.outcomes) * part.precision for part in parts), np.zeros(len(RECALLS)))
+def join_rankings(rankings: Sequence[Ranking]) -> Ranking:
+    """Ranking of all queries from rankings of some of them.
+
+    Parameters
+    ----------
+    rankings : sequence of Ranking
+        At least one, in the order of the queries.
+
+    Returns
+    -------
+    Ranking
+        Of all of them; the very one that was given, if it was one.
+    """
+    if len(rankings) == 1:
+        return rankings[0]
+    outcomes = tuple(outcome for one in rankings for outcome in one.outcomes)
+    total = sum((len(one.outcomes) * one.precision for one in rankings), np.zeros(len(RECALLS)))
     return Ranking(outcomes, read_only(total / len(outcomes), np.float64))

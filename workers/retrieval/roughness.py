@@ -87,7 +87,7 @@ class RoughnessLimits:
         Returns
         -------
         dict
-            Plain JSON with the keys of a channel.
+            Plain JSON with the keys of a channel, and the weight 0.
         """
         return {
             "name": self.name,
@@ -110,10 +110,12 @@ class RoughnessLimits:
         Parameters
         ----------
         value : Mapping
+            Plain JSON.
 
         Returns
         -------
         RoughnessLimits
+            Equal to those that were written.
 
         Raises
         ------

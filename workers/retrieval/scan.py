@@ -92,11 +92,13 @@ def rerank(
     Parameters
     ----------
     query : (d,) float32
+        Descriptor.
     fetch : callable
         From places (m,) in ``scanned``, ascending, to their rows (m, d).
     scanned : (n,) float64
         What `distances` gave.
     model : Model
+        Under which all were described.
     dissimilarity : str, optional
         The one that `distances` was given: under another than its own a point counts nothing.
     depth : int
@@ -127,7 +129,9 @@ def nearest(distances: FloatArray, ids: Sequence[str], limit: int) -> IntArray:
     Parameters
     ----------
     distances : (n,) float64
+        Of the rows.
     ids : sequence of n str
+        Of the rows, all different.
     limit : int
         At least 0; all rows are ordered if there are fewer.
 
@@ -163,12 +167,13 @@ def similarity(
     distances : (n,) float64
         What `distances` gave.
     model : Model
+        Under which they are.
     dissimilarity : str, optional
         The one that `distances` was given.
 
     Returns
     -------
-    (n,) float64
+    (n,) float64, falling with the distance
     """
     if model.impostor_quantiles and dissimilarity is None:
         return 1.0 - impostor_share(distances, model.impostor_quantiles)

@@ -1,4 +1,4 @@
-"""Models that somebody asks for by method and parameters, with nothing to learn."""
+"""Models of a method and its parameters, with nothing to learn."""
 
 from collections.abc import Mapping
 from dataclasses import replace
@@ -19,12 +19,19 @@ def untrained_model(name: str, method: str, parameters: Mapping[str, Any], *, vi
     Parameters
     ----------
     name : str
+        Of the model.
     method : str
         One of `UNTRAINED_METHODS`.
     parameters : Mapping
-        ``time`` and ``unit`` for heat, ``unit`` for commute-time, whose distances are the same in
-        every unit but for rounding, ``eigenvalues`` for shape-dna; they stay with the model.
+        They stay with the model. ``time`` and ``unit`` for heat; ``unit`` for commute-time, whose
+        distances are the same in every unit but for rounding; ``eigenvalues`` for shape-dna.
     view : View
+        Under which its one channel is described.
+
+    Returns
+    -------
+    Model
+        Ready to describe with.
 
     Raises
     ------

@@ -9,7 +9,7 @@ from sqlalchemy import case, func, select, update
 from sqlalchemy.orm import Session, undefer
 
 from workers.errors import EvaluationNotFoundError
-from workers.retrieval.protocol import LabelledShape
+from workers.retrieval.protocol import EvaluatedShape
 from workers.storage.descriptors import is_described
 from workers.storage.jobs import OPEN
 from workers.storage.models import Collection, Evaluation, Job, Part, Shape
@@ -32,17 +32,17 @@ class Census:
 
     Attributes
     ----------
-    ready : tuple of LabelledShape
+    ready : tuple of EvaluatedShape
         Can be found, in the order of their ids.
-    failed : tuple of LabelledShape
+    failed : tuple of EvaluatedShape
     unfinished : int
         Are still being computed.
     unpacking : int
         Archives that are still being unpacked.
     """
 
-    ready: tuple[LabelledShape, ...]
-    failed: tuple[LabelledShape, ...]
+    ready: tuple[EvaluatedShape, ...]
+    failed: tuple[EvaluatedShape, ...]
     unfinished: int
     unpacking: int
 
@@ -70,9 +70,9 @@ def take_census(session: Session, collection: Collection) -> Census:
     rows = session.execute(
         select(state, *columns).where(Shape.collection_id == collection.id).order_by(Shape.id)
     )
-    found: dict[str, list[LabelledShape]] = {"ready": [], "failed": [], "unfinished": []}
+    found: dict[str, list[EvaluatedShape]] = {"ready": [], "failed": [], "unfinished": []}
     for its_state, *facts in rows:
-        found[its_state].append(LabelledShape(*facts))
+        found[its_state].append(EvaluatedShape(*facts))
     unpacking = (
         select(func.count())
         .select_from(Part)

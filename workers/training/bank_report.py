@@ -1,4 +1,4 @@
-"""What the training of a bank found: rows, ablation, and whether similarity keeps its word."""
+"""The report of a bank's training: rows, ablation, and the calibration of similarity checked."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -30,8 +30,9 @@ def bank_report(
     Parameters
     ----------
     shapes : BankShapes
+        That were learned from.
     terms : RankingTerms
-        Of all channels that tell anything.
+        Of all channels with a scale.
     stages : sequence of Stage
         All banks on the way.
     stage : Stage
@@ -40,6 +41,11 @@ def bank_report(
         Queries that weights were not learned on; none where there were too few groups.
     names : sequence of str
         Of the channels of ``terms``.
+
+    Returns
+    -------
+    dict
+        Plain JSON.
     """
     chosen = terms.channels(stage.channels)
     parts = {"training": ~held_out, "held_out": held_out}
@@ -64,7 +70,7 @@ def bank_report(
         "ablation": ablation(
             shapes, chosen, held_out, judged, [names[i] for i in stage.channels], stage.weights
         ),
-        "similarity": _kept_word(chosen, held_out, stage.weights),
+        "similarity": _checked_calibration(chosen, held_out, stage.weights),
     }
 
 
@@ -76,10 +82,18 @@ def rows(
     Parameters
     ----------
     shapes : BankShapes
+        That were learned from.
     terms : RankingTerms
         Of the queries in ``which``.
     weights : (c,) float64
+        Of the channels of ``terms``.
     which : (q,) bool
+        Some of the shapes' queries.
+
+    Returns
+    -------
+    dict
+        Plain JSON, in per cent.
     """
     scores = 100.0 / ranks(terms, weights)
     transformations = np.array(shapes.transformations)[which]
@@ -108,12 +122,20 @@ def ablation(
     Parameters
     ----------
     shapes : BankShapes
+        That were learned from.
     terms : RankingTerms
         Of the channels of the bank.
     held_out, judged : (q,) bool
-        Queries not learned on, and those that the loss is measured on.
+        Queries not learned on, and those that the mean is measured on.
     names : sequence of str
+        Of these channels.
     weights : (c,) float64
+        Of these channels.
+
+    Returns
+    -------
+    list of dict
+        Plain JSON, one entry a channel; "lost" in per cent.
     """
     training = terms.queries(np.flatnonzero(~held_out))
     measured = terms.queries(np.flatnonzero(judged))
@@ -136,23 +158,46 @@ def ablation(
 
 
 def impostor_distances(terms: RankingTerms, weights: FloatArray) -> FloatArray:
-    """Distances from every query to all that are not its own, (i,)."""
-    fused = terms.trusted_distances(weights)
+    """Distances from every query to all references that are impostors of it.
+
+    Parameters
+    ----------
+    terms : RankingTerms
+        Of the channels of the bank.
+    weights : (c,) float64
+        Of these channels.
+
+    Returns
+    -------
+    (i,) float64, as a search has them
+    """
+    fused = terms.search_distances(weights)
     fused[np.arange(len(fused)), terms.truth] = np.inf
     found: FloatArray = fused[np.isfinite(fused)]
     return found
 
 
 def seen_scale(model: Model) -> float:
-    """Share of the weight on channels that two copies of different size differ in."""
+    """Share of the weight on channels in which two copies of different size differ.
+
+    Parameters
+    ----------
+    model : Model
+        With a weight above 0.
+
+    Returns
+    -------
+    float
+        In [0, 1].
+    """
     total = sum(channel.weight for channel in model.channels)
     return sum(c.weight for c in model.channels if c.normalisation == "none") / total
 
 
-def _kept_word(
+def _checked_calibration(
     terms: RankingTerms, held_out: BoolArray, weights: FloatArray
 ) -> list[Mapping[str, float]]:
-    """Share of held-out impostors that come closer than what was calibrated on the others."""
+    """Share of held-out impostors that come closer than calibration on the others promised."""
     if not held_out.any():
         return []
     training = impostor_distances(terms.queries(np.flatnonzero(~held_out)), weights)

@@ -31,7 +31,7 @@ class BankShapes:
         Of each reference.
     lenient : tuple of bool
         Of each reference: others of its group are no impostors, for a user's labels say that they
-        are alike. Individuals of a species are impostors, and hard ones.
+        are alike. Individuals of a species of creatures are impostors, and hard ones.
     queries : (q, d) float32
         Of the transformed copies.
     truth : (q,) int64
@@ -95,6 +95,7 @@ def dissimilarities(shapes: BankShapes, candidates: Model) -> Float32Array:
     shapes : BankShapes
         Described under ``candidates``.
     candidates : Model
+        Of c channels.
 
     Returns
     -------
@@ -111,10 +112,21 @@ def dissimilarities(shapes: BankShapes, candidates: Model) -> Float32Array:
 
 
 def typical_scales(shapes: BankShapes, found: Float32Array) -> FloatArray:
-    """Median D between a copy and its own shape, (c,), to three digits.
+    """Median D between a copy and its own shape.
 
-    Where most copies do not change a channel at all it is the median between different shapes;
-    0 where there is no difference either: such a channel tells nothing.
+    Where most copies do not change a channel at all it is the median between different shapes. A
+    channel in which nothing differs has 0, and no use.
+
+    Parameters
+    ----------
+    shapes : BankShapes
+        q copies of g shapes.
+    found : (c, q, g) float32
+        Of `dissimilarities`.
+
+    Returns
+    -------
+    (c,) float64, to three digits
     """
     places = np.arange(len(shapes.truth))
     own = np.median(found[:, places, shapes.truth], axis=1)  # (c,)
@@ -132,9 +144,27 @@ def ranking_terms(
     *,
     power: float,
 ) -> RankingTerms:
-    """(D/s)^p of the channels with a scale above 0, in their order, and how each is trusted.
+    """(D/s)^p of the channels with a scale above 0, in their order, with their query weights.
 
-    Channels that are scanned are alike; points are of another kind, and few.
+    Channels that are scanned are of one kind. Points are of another, and few.
+
+    Parameters
+    ----------
+    shapes : BankShapes
+        q copies of g shapes.
+    candidates : Model
+        Of c channels.
+    found : (c, q, g) float32
+        Of `dissimilarities`.
+    scales : (c,) float64
+        s, or 0 for a channel that is left out.
+    power : float
+        p > 0.
+
+    Returns
+    -------
+    RankingTerms
+        Of the channels that are not left out.
 
     Raises
     ------
@@ -164,5 +194,5 @@ def ranking_terms(
         shapes.excluded,
         shapes.importance,
         alike=np.array([not channel.is_reranked for channel in channels]),
-        trust=None if np.all(shares == 1.0) else shares,
+        kept=None if np.all(shares == 1.0) else shares,
     )

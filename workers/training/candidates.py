@@ -25,34 +25,46 @@ QUANTILE_LEVELS = (
     *(0.005, 0.02, 0.05, 0.1, 0.17, 0.25, 0.34, 0.45),
     *(0.55, 0.66, 0.75, 0.83, 0.9, 0.95, 0.98, 0.995),
 )
-"""The tails carry much: without them 1.5 points are lost (SCIENCE.md, section 4)."""
+"""Denser towards the tails, which tell much about a shape."""
 
+# Candidates are broad on purpose: `elimination` chooses among them (docs/method.md).
 RELATIVE_TIMES = (0.02, 0.05, 0.15, 0.4, 1.0, 4.0)  # in 1/λ₁
 AREA_TIMES = (0.00025, 0.0005, 0.001, 0.002, 0.004, 0.01, 0.03)  # of a surface of area 1
 HAT_TIMES = (0.00025, 0.0005, 0.001, 0.002, 0.004, 0.008, 0.03)
 RELATIVE_ENERGIES = (0.0, 1.0, 2.0, 3.0, 4.0)  # in ln λ/λ₁
 AREA_ENERGIES = (3.0, 4.0, 5.0, 6.0, 6.7, 7.4)  # in ln λ at area 1
-LEAST_DAMPING = 0.62  # tλ of a time at the end of the spectrum: earlier ones are cut off
-HIGHEST_ENERGY = 0.7  # eigenvalue of a wave's middle, as a share of the spectrum's end
+# 100 eigenpairs allow for t = 0.0005 and e = 6.7, and 200 for half that time and 7.4 (decision 15).
+LEAST_DAMPING = 0.62  # tλ of a time at the spectrum's end: shorter times are cut off
+HIGHEST_ENERGY = 0.7  # λ of a wave's middle at most, as a share of that end
 LEADING_EIGENVALUES = 15
 POINTS_TIME = 0.0005  # of a surface of area 1
 POINTS_TIMES = (1.0, 1.69, 2.856, 4.827, 8.157, 13.786, 23.298)  # a factor 1.69 apart
-POINTS_SAMPLES = 64
+POINTS_SAMPLES = 64  # 128 points are level (decision 9)
 ROUGH = (0.35, 0.7)
-"""Clean shapes are below the first, those with noise as large as an edge above the second."""
+"""Clean shapes are below the first, those with noise as large as an edge above the second.
+
+Measured by ``python -m benchmarks.model_study``; limits of 0.3 and 0.5 to 0.4 and 0.7 are level
+(decision 16).
+"""
 
 
 def candidate_model(views: Sequence[View], *, power: float) -> Model:
     """Model of every candidate that each view resolves, all of weight 1 and scale 1.
 
     A bank's descriptor is made of columns of this model's. Where there is a smoothed view, the
-    others have their roughness too.
+    others have limits of roughness.
 
     Parameters
     ----------
     views : sequence of View
+        At least one.
     power : float
         p of the fusion Σ w (D/s)^p.
+
+    Returns
+    -------
+    Model
+        Each view's channels, then the area of the first view, then roughness.
     """
     channels = [
         channel
@@ -79,7 +91,19 @@ def candidate_model(views: Sequence[View], *, power: float) -> Model:
 def is_resolved(channel: Channel, eigenpairs: int) -> bool:
     """Whether so many eigenpairs reach as far as a channel's kernel needs, by Weyl's law.
 
-    Only kernels of absolute size are asked; those in units of 1/λ₁ are all coarse enough.
+    Kernels in units of 1/λ₁ are all coarse enough.
+
+    Parameters
+    ----------
+    channel : Channel
+        Any.
+    eigenpairs : int
+        Of its view.
+
+    Returns
+    -------
+    bool
+        λ of the last of them is about 4π · eigenpairs at area 1.
     """
     if channel.normalisation != "area" or not isinstance(channel, KernelChannel):
         return True

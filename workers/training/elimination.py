@@ -8,13 +8,13 @@ import numpy as np
 from workers.geometry.arrays import FloatArray, IntArray, read_only
 from workers.training.ranking_loss import RankingTerms, learn_weights, ranking_loss
 
-FEWEST_CHANNELS = 4
-START_WEIGHT = 20.0  # of all channels together
+FEWEST_CHANNELS = 4  # where elimination ends; a choice
+START_WEIGHT = 20.0  # of all channels together, where the convex problem is started from
 
 
 @dataclass(frozen=True, eq=False)
 class Stage:
-    """A bank on its way.
+    """A bank during elimination.
 
     Attributes
     ----------
@@ -39,8 +39,8 @@ def eliminate(
 ) -> list[Stage]:
     """Banks of ever fewer channels.
 
-    At each step the channel is dropped without which the others, at their weights, have the least
-    loss on the validation queries; then weights are learned anew on the training queries.
+    At each step one channel is dropped: the one without which the others, at their weights, have
+    the least loss on the validation queries. Then weights are learned anew on the training queries.
     Channels whose weight is 0 go first, all at once.
 
     Parameters
@@ -48,7 +48,7 @@ def eliminate(
     training, validation : RankingTerms
         Of the same candidates.
     progress : callable, optional
-        Told the number of channels dropped, and of those to drop.
+        Called with the number of channels dropped, and of those to drop.
 
     Returns
     -------
@@ -80,20 +80,24 @@ def eliminate(
 
 
 def choose(stages: list[Stage], *, most: int, share: float, least_nats: float) -> Stage:
-    """Return the largest bank of at most so many channels whose loss is about the least.
+    """Largest bank of at most so many channels whose loss is about the least (decision 17).
 
-    On shapes that are like those learned from a few channels do as well as many; on others many do
-    better. Where there are few queries, or easy ones, all losses are next to nothing, and a share
-    of the least would tell apart what chance made.
+    On shapes like those learned from, a few channels do as well as many; on others many do better.
+    Where queries are few or easy, all losses are close to 0, and differ by chance alone.
 
     Parameters
     ----------
     stages : list of Stage
+        The largest first.
     most : int
         Channels; at least as many as the smallest stage has.
     share, least_nats : float
-        How much more than the least of the stages that are small enough it may be: this share of
-        it, and at least so much; in nats, as losses are.
+        How far above the least loss it may be: this share of it, and at least so much, in nats.
+
+    Returns
+    -------
+    Stage
+        One of them.
     """
     small = [stage for stage in stages if len(stage.channels) <= most] or stages[-1:]
     least = min(stage.loss for stage in small)

@@ -27,19 +27,26 @@ def learned_model(
 ) -> Model:
     """Model of one channel, "distances": the distribution of the learned kernel's distances.
 
-    Its bins reach as far as the distances of the shapes learned from; its normalisation is the unit
+    Its bins reach as far as the distances of the shapes learned from. Its normalisation is the unit
     in which the kernel was learned.
 
     Parameters
     ----------
     name : str
+        Of the model.
     learned : LearnedKernel
+        With the report of its training.
     parameters : Mapping
-        What the model was asked for with.
+        The model's, as they were requested.
     view : View
         Under which the kernel was learned.
     versions : Mapping
         Of what the training depended on, besides what the descriptors depend on.
+
+    Returns
+    -------
+    Model
+        Not calibrated yet, see `calibrated`.
     """
     model = distance_model(
         learned.report["method"],
@@ -56,8 +63,8 @@ def learned_model(
 def calibrated(model: Model, solutions: Sequence[Solution], labels: Sequence[str]) -> Model:
     """Return the model with its typical distances, which give similarity its meaning.
 
-    They are medians over pairs of shapes of different classes, to three digits, for each
-    dissimilarity; where they are not above 0 there is none.
+    They are medians over pairs of shapes of different classes, to three digits, one for each
+    dissimilarity. A dissimilarity whose median is not above 0 has none.
 
     Parameters
     ----------
@@ -67,6 +74,11 @@ def calibrated(model: Model, solutions: Sequence[Solution], labels: Sequence[str
         Of shapes under this view; those that the model's kernel is not known for count nothing.
     labels : sequence of str
         Their classes.
+
+    Returns
+    -------
+    Model
+        As it was given, if fewer than two classes are left.
     """
     (view,) = model.views
     rows: list[Float32Array] = []

@@ -167,9 +167,9 @@ def _fit(training: TrainingSet, options: LearningOptions) -> _Fit:
             f"originals in the unit {options.unit!r} (trace(P) is {np.trace(positive):.3g}, "
             f"trace(N) {np.trace(negative):.3g}), so that there is nothing to learn"
         )
-    roughness = basis.roughness()
-    smoothness = options.basis_smoothness * float(np.trace(positive) / np.trace(roughness))
-    above = numerator(positive, smoothness * roughness, negative)
+    penalty = basis.roughness_penalty()
+    smoothness = options.basis_smoothness * float(np.trace(positive) / np.trace(penalty))
+    above = numerator(positive, smoothness * penalty, negative)
     seen = np.arange(basis.size)
     if smoothness == 0.0:
         seen = np.flatnonzero(basis.values(spectra).max(axis=0) > _UNSEEN)

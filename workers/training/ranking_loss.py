@@ -7,8 +7,11 @@ from scipy.optimize import minimize
 
 from workers.geometry.arrays import BoolArray, Float32Array, FloatArray, IntArray
 
-RIDGE = 0.01  # on the weights' squared distance from even ones, which hold on other shapes too
-SHRINKAGE = 1e-4  # on their squares: keeps them finite where every query is first already
+RIDGE = 0.01
+"""Of the squared distance of the weights from even ones: learned freely on creatures, weights were
+1 to 2 points behind even ones on real shapes (commit 17fdbbf)."""
+
+SHRINKAGE = 1e-4  # of their squares: keeps weights finite where every query is ranked first already
 MOST_STEPS = 300
 
 
@@ -28,8 +31,8 @@ class RankingTerms:
         Share of each query in the loss; the sum is 1.
     alike : (c,) bool or None
         Channels that are of one kind, so that even weights are expected of them; None for all.
-    trust : (c, q) float32 or None
-        What of its weight each channel keeps for a query; None where all keep all.
+    kept : (c, q) float32 or None
+        Share of its weight that each channel keeps for a query, see `kept_shares`; None for 1.
     """
 
     terms: Float32Array
@@ -37,7 +40,7 @@ class RankingTerms:
     excluded: BoolArray
     importance: FloatArray
     alike: BoolArray | None = None
-    trust: Float32Array | None = None
+    kept: Float32Array | None = None
 
     @property
     def n_channels(self) -> int:
@@ -45,16 +48,38 @@ class RankingTerms:
         return len(self.terms)
 
     def channels(self, chosen: IntArray) -> "RankingTerms":
-        """Only these channels."""
+        """Terms of some channels.
+
+        Parameters
+        ----------
+        chosen : (k,) int64
+            Their numbers.
+
+        Returns
+        -------
+        RankingTerms
+            Of k channels.
+        """
         return replace(
             self,
             terms=self.terms[chosen],
             alike=None if self.alike is None else self.alike[chosen],
-            trust=None if self.trust is None else self.trust[chosen],
+            kept=None if self.kept is None else self.kept[chosen],
         )
 
     def queries(self, chosen: IntArray) -> "RankingTerms":
-        """Only these queries, in equal shares of what they had."""
+        """Terms of some queries, whose importance is scaled to sum 1.
+
+        Parameters
+        ----------
+        chosen : (k,) int64
+            Their numbers.
+
+        Returns
+        -------
+        RankingTerms
+            Of k queries.
+        """
         importance = self.importance[chosen]
         return RankingTerms(
             np.ascontiguousarray(self.terms[:, chosen]),
@@ -62,24 +87,44 @@ class RankingTerms:
             self.excluded[chosen],
             importance / importance.sum(),
             self.alike,
-            None if self.trust is None else self.trust[:, chosen],
+            None if self.kept is None else self.kept[:, chosen],
         )
 
     def distances(self, weights: FloatArray) -> FloatArray:
-        """Fused distances Σ w (D/s)^p, (q, g), infinite to excluded references."""
+        """Fused distances Σ w (D/s)^p, the same weights for all queries.
+
+        Parameters
+        ----------
+        weights : (c,) float64
+            w >= 0.
+
+        Returns
+        -------
+        (q, g) float64, infinite to excluded references
+        """
         flat = self.terms.reshape(self.n_channels, -1)
         fused = (weights.astype(np.float32) @ flat).astype(np.float64)  # (q g)
         fused = fused.reshape(self.excluded.shape)
         return np.where(self.excluded, np.inf, fused)
 
-    def trusted_distances(self, weights: FloatArray) -> FloatArray:
-        """Distances with the weights that channels have for each query, (q, g), as in a search.
+    def search_distances(self, weights: FloatArray) -> FloatArray:
+        """Fused distances with the weights that channels have for each query, as in a search.
 
-        Not in the loss: learned without them a bank is broader, and did better on other shapes.
+        The loss does not use them: learned without them a bank is broader, and did better on other
+        shapes (decision 16).
+
+        Parameters
+        ----------
+        weights : (c,) float64
+            w >= 0.
+
+        Returns
+        -------
+        (q, g) float64, infinite to excluded references
         """
-        if self.trust is None:
+        if self.kept is None:
             return self.distances(weights)
-        kept = weights[:, None] * self.trust  # (c, q)
+        kept = weights[:, None] * self.kept  # (c, q)
         total = kept.sum(axis=0)  # (q,)
         kept *= np.divide(weights.sum(), total, out=np.ones(len(total)), where=total > 0.0)
         fused = np.einsum("cq,cqg->qg", kept.astype(np.float32), self.terms).astype(np.float64)
@@ -87,13 +132,38 @@ class RankingTerms:
 
 
 def ranking_loss(terms: RankingTerms, weights: FloatArray) -> float:
-    """Mean over queries of -ln of the softmax share exp(-d) that falls on their own reference."""
+    """Softmax cross-entropy: mean over queries of -ln of the share exp(-d) of their own reference.
+
+    Parameters
+    ----------
+    terms : RankingTerms
+        Of c channels.
+    weights : (c,) float64
+        w >= 0.
+
+    Returns
+    -------
+    float
+        In nats.
+    """
     return _loss_of(terms, terms.distances(weights))
 
 
 def ranks(terms: RankingTerms, weights: FloatArray) -> IntArray:
-    """Place of every query's own reference, (q,), from 1; whoever is level counts as before it."""
-    fused = terms.trusted_distances(weights)
+    """Rank of every query's own reference.
+
+    Parameters
+    ----------
+    terms : RankingTerms
+        Of c channels.
+    weights : (c,) float64
+        w >= 0.
+
+    Returns
+    -------
+    (q,) int64, from 1; references at the same distance count as before it
+    """
+    fused = terms.search_distances(weights)
     own = np.take_along_axis(fused, terms.truth[:, None], axis=1)  # (q, 1)
     places: IntArray = np.count_nonzero(fused <= own, axis=1).astype(np.int64)
     return places
@@ -102,12 +172,13 @@ def ranks(terms: RankingTerms, weights: FloatArray) -> IntArray:
 def learn_weights(terms: RankingTerms, start: FloatArray, *, ridge: float = RIDGE) -> FloatArray:
     """Weights >= 0 that minimise the loss and are not far from even; the problem is convex.
 
-    Shapes that weights are learned on are never quite like those they are used on: what has not
-    been seen to help counts as much as the rest of its kind.
+    Shapes that weights are learned on are never quite like those they are used on. So a channel
+    that has not been seen to help counts as much as the others of its kind.
 
     Parameters
     ----------
     terms : RankingTerms
+        Of c channels.
     start : (c,) float64
         Where to begin.
     ridge : float

@@ -32,6 +32,7 @@ class AreaChannel(Channel):
         Parameters
         ----------
         solution : Solution
+            Of the shape under the view.
 
         Returns
         -------

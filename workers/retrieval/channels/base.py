@@ -119,6 +119,7 @@ class Channel(ABC):
         Parameters
         ----------
         name : str
+            That a query asks for, or the channel's own.
 
         Raises
         ------
@@ -161,6 +162,7 @@ class Channel(ABC):
         Parameters
         ----------
         solution : Solution
+            Of the shape under the view.
 
         Returns
         -------
@@ -182,6 +184,7 @@ class Channel(ABC):
         query : (d,) float
             First argument of a dissimilarity that is not symmetric.
         rows : (n, d) float
+            Vectors of the same channel, in any memory order.
         dissimilarity : str, optional
             Instead of the channel's own.
         dtype : type
@@ -250,10 +253,12 @@ class Channel(ABC):
         Parameters
         ----------
         value : Mapping
+            Plain JSON.
 
         Returns
         -------
         Channel
+            Equal to the one that was written.
         """
         return cls(**cls._fields_from_json(value))
 

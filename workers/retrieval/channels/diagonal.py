@@ -22,6 +22,7 @@ class DiagonalChannel(DistributionChannel):
         Parameters
         ----------
         solution : Solution
+            Not used: all vertices count.
         spectrum : Spectrum
             Normalised.
 

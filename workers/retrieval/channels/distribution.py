@@ -61,6 +61,7 @@ class DistributionChannel(KernelChannel):
         Parameters
         ----------
         solution : Solution
+            Of the shape under the view.
         spectrum : Spectrum
             The solution's, normalised.
 
@@ -75,6 +76,7 @@ class DistributionChannel(KernelChannel):
         Parameters
         ----------
         solution : Solution
+            Of the shape under the view.
 
         Returns
         -------

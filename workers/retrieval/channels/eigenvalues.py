@@ -54,6 +54,7 @@ class EigenvalueChannel(Channel):
         Parameters
         ----------
         solution : Solution
+            Of the shape under the view.
 
         Returns
         -------

@@ -16,7 +16,7 @@ from workers.retrieval.channels.base import NO_CENTRE
 from workers.retrieval.channels.distribution import DistributionChannel
 
 CENTRES = (NO_CENTRE, "mean", "log-mean")
-LOG_FLOOR = 1e-9  # below what any kernel leaves at a vertex of a surface of area 1 (SCIENCE.md, 4)
+LOG_FLOOR = 1e-9  # keeps the logarithm finite where a kernel leaves nothing, at area 1
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -45,6 +45,7 @@ class LogDiagonalChannel(DistributionChannel):
         Parameters
         ----------
         solution : Solution
+            Not used: all vertices count.
         spectrum : Spectrum
             Normalised.
 
@@ -74,7 +75,9 @@ def log_diagonal(spectrum: Spectrum, kernel: Kernel, centre: str = NO_CENTRE) ->
     Parameters
     ----------
     spectrum : Spectrum
+        In the unit that the kernel was made for.
     kernel : Kernel
+        Gives K²(λ) >= 0.
     centre : str
         See `LogDiagonalChannel`.
 

@@ -78,6 +78,7 @@ class PointsChannel(KernelChannel):
         Parameters
         ----------
         name : str
+            That is asked for.
 
         Raises
         ------
@@ -119,7 +120,9 @@ class PointsChannel(KernelChannel):
         Parameters
         ----------
         query : (d,) float
+            The vector whose points are looked for.
         rows : (n, d) float
+            Vectors among whose points they are looked for.
         dissimilarity : str, optional
             No other one.
         dtype : type
@@ -161,15 +164,16 @@ class PointsChannel(KernelChannel):
 def directed_chamfer(query: NDArray[Any], rows: NDArray[Any], times: int) -> FloatArray:
     """(mean over the query's points of √δ)², δ being the distance to the nearest point of a row.
 
-    δ is the mean of |a − b| over the times. Chamfer distances take the mean of δ; the root lets
-    points count more for being found exactly than for being far from everything, as those at a cut
-    are (decision 9: holes 90 instead of 79 per cent). Not symmetric; 0 for equal rows.
+    δ is the mean of |a − b| over the times. A Chamfer distance takes the mean of δ. With the root a
+    point that is found exactly counts more, and a point that is far from everything less, as those
+    at a cut are (decision 9: holes 90 instead of 79 per cent). Not symmetric; 0 for equal rows.
 
     Parameters
     ----------
     query : (p · times,) float
         Signatures, one point after the other.
     rows : (n, p · times) float
+        Likewise.
     times : int
         Numbers a point.
 

@@ -48,6 +48,7 @@ class Histogram:
         Parameters
         ----------
         values, weights : (n,) float64
+            In any order.
 
         Returns
         -------
@@ -93,6 +94,7 @@ class Quantiles:
         Parameters
         ----------
         values, weights : (n,) float64
+            In any order.
 
         Returns
         -------
@@ -110,10 +112,12 @@ def summary_to_json(summary: Summary) -> dict[str, list[float]]:
     Parameters
     ----------
     summary : Histogram or Quantiles
+        Of a channel.
 
     Returns
     -------
     dict
+        Plain JSON.
     """
     if isinstance(summary, Histogram):
         return {"edges": list(summary.edges)}
