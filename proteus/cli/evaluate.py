@@ -70,7 +70,7 @@ def show(session: Session, found: Document, *, by_strength: bool, worst: int) ->
         names = ", ".join(shape["name"] for shape in group["shapes"][:3])
         more = ", …" if group["count"] > 3 else ""
         reason = group["reason"].replace("-", " ")
-        console.print(f"[dim]not asked with, {reason}: {group['count']} ({escape(names)}{more})[/]")
+        console.print(f"[dim]not queries, {reason}: {group['count']} ({escape(names)}{more})[/]")
     lowest = f", the {MOST_LABELS} lowest of {len(found['by_label'])} labels"
     if found["leave_one_out"]:
         shown = lowest if len(found["by_label"]) > MOST_LABELS else ""

@@ -1,44 +1,48 @@
+"""The command line beside uploads, queries and evaluations."""
+
 import hashlib
 import json
 import subprocess
 import sys
 from pathlib import Path
 
-import httpx
 import pytest
 from typer.testing import CliRunner
 
 from proteus.cli.program import app
-from proteus.client import Client, ServiceError, UnreachableError
-from tests.proteus.fake_service import FakeService, Run, problem
+from tests.proteus.conftest import Run
+from tests.proteus.real_service import Fault, RealService, real_service
+from tests.service.running import zoo_files
 
 # -- collections, shapes, jobs, models -----------------------------------------------------
 
 
-def test_collection_is_created_listed_shown_and_deleted(run: Run, fake: FakeService) -> None:
+def test_collection_is_created_listed_shown_and_deleted(run: Run) -> None:
     for name in ("animals", "tools"):
-        assert run("collections", "create", name).exit_code == 0
-    listed = run("collections", "list", "--json")
-    assert [item["name"] for item in json.loads(listed.stdout)] == ["animals", "tools"]
+        assert run("collections", "create", name, "--description", "some").exit_code == 0
+    listed = {item["name"] for item in json.loads(run("collections", "list", "--json").stdout)}
+    assert {"animals", "tools", "zoo"} <= listed
     table = run("collections", "list").stdout
     assert "animals" in table
     assert "tools" in table
-    assert json.loads(run("collections", "show", "tools", "--json").stdout)["model"] == "heat"
+    shown = json.loads(run("collections", "show", "tools", "--json").stdout)
+    assert (shown["model"], shown["description"]) == ("heat", "some")
     assert run("collections", "delete", "tools", "--yes").exit_code == 0
-    assert set(fake.collections) == {"animals"}
+    left = {item["name"] for item in json.loads(run("collections", "list", "--json").stdout)}
+    assert left == listed - {"tools"}
+    run("collections", "delete", "animals", "--yes")
 
 
-def test_deletion_asks_first(run: Run, fake: FakeService) -> None:
-    run("collections", "create", "animals")
-    assert run("collections", "delete", "animals").exit_code == 1
-    assert set(fake.collections) == {"animals"}
+def test_deletion_asks_first(run: Run) -> None:
+    assert run("collections", "delete", "zoo").exit_code == 1
+    assert run("collections", "show", "zoo").exit_code == 0
 
 
-def test_problem_is_told_and_fails(run: Run) -> None:
-    run("collections", "create", "animals")
-    result = run("collections", "create", "animals")
+def test_problem_is_shown_and_fails(run: Run) -> None:
+    result = run("collections", "create", "zoo")
     assert result.exit_code == 1
-    assert "the collection animals exists" in result.stderr
+    assert "'zoo'" in result.stderr
+    assert "request " in result.stderr  # its id, to be found in the log
     assert result.stdout == ""
 
 
@@ -50,28 +54,33 @@ def test_problem_is_the_json_document(run: Run) -> None:
     assert document["status"] == 404
 
 
-def test_markup_in_a_problem_is_text(run: Run, fake: FakeService) -> None:
-    fake.failures = [problem(422, "invalid-mesh", "found [red] and [/nonsense]")]
-    result = run("collections", "list")
-    assert "found [red] and [/nonsense]" in result.stderr
-
-
-def test_wrong_key_says_how_to_give_one(run: Run, fake: FakeService) -> None:
-    fake.failures = [problem(401, "unauthorized", "this needs a key")]
-    result = run("collections", "list", "--key", "secret")
+def test_markup_in_a_problem_is_text(run: Run) -> None:
+    result = run("models", "show", "[red]")
     assert result.exit_code == 1
-    assert "PROTEUS_KEY" in result.stderr
-    assert fake.requests[-1].headers["Authorization"] == "Bearer secret"
+    assert "[red]" in result.stderr
+
+
+def test_wrong_key_says_how_to_give_one(
+    run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    drawn = json.loads(run("key", "laptop", "--scope", "read", "--json").stdout)
+    with real_service(tmp_path, api_keys=drawn["setting"]) as guarded:
+        monkeypatch.setenv("PROTEUS_URL", guarded.url)
+        refused = run("collections", "list", "--key", "secret")
+        assert refused.exit_code == 1
+        assert "PROTEUS_KEY" in refused.stderr
+        monkeypatch.setenv("PROTEUS_KEY", drawn["key"])
+        assert run("collections", "list").exit_code == 0
+        assert run("collections", "create", "animals").exit_code == 1  # it may only read
 
 
 def test_url_and_key_come_from_the_environment(
-    run: Run, fake: FakeService, monkeypatch: pytest.MonkeyPatch
+    run: Run, service: RealService, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setenv("PROTEUS_URL", "http://elsewhere:9000/")
+    monkeypatch.setenv("PROTEUS_URL", f"{service.url}/")
     monkeypatch.setenv("PROTEUS_KEY", "from-environment")
     assert run("collections", "list").exit_code == 0
-    assert fake.requests[-1].url.host == "elsewhere"
-    assert fake.requests[-1].headers["Authorization"] == "Bearer from-environment"
+    assert service.requests[-1].headers["authorization"] == "Bearer from-environment"
 
 
 def test_unreachable_service_has_an_exit_code_of_its_own() -> None:
@@ -94,144 +103,81 @@ def test_wrong_usage_has_exit_code_2(run: Run) -> None:
     assert run("upload", "/no/such/place").exit_code == 2
 
 
-def test_answer_that_is_no_json_is_said_so(run: Run, fake: FakeService) -> None:
-    fake.failures = [httpx.Response(200, text="<html>")]
+def test_answer_that_is_no_json_is_named(run: Run, service: RealService) -> None:
+    service.faults.append(Fault(200, "<html>"))
     result = run("collections", "list")
     assert result.exit_code == 1
     assert "no JSON object" in result.stderr
 
 
 def test_shapes_are_listed_by_label_and_fetched(
-    run: Run, fake: FakeService, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    fake.add_shape("default", "cat-01.ply", "cat", b"1")
-    fake.add_shape("default", "dog-01.ply", "dog", b"2")
-    listed = json.loads(run("shapes", "list", "--label", "dog", "--json").stdout)
-    assert [shape["name"] for shape in listed] == ["dog-01.ply"]
-    assert run("shapes", "mesh", "shape-0", "--format", "glb").exit_code == 0
-    assert Path("cat-01.glb").read_bytes() == b"OFF"
-    assert fake.requests[-2].url.params["format"] == "glb"
-    assert run("shapes", "delete", "shape-0", "shape-1").exit_code == 0
-    assert fake.shapes == {}
+    listed = json.loads(run("shapes", "list", "-c", "zoo", "--label", "ring", "--json").stdout)
+    assert [shape["name"] for shape in listed] == ["ring.null.0.ply"]
+    ring = listed[0]["id"]
+    assert ring in run("shapes", "list", "-c", "zoo").stdout
+    assert run("shapes", "mesh", ring).exit_code == 0
+    assert Path("ring.null.0.ply").read_bytes() == zoo_files()["ring.null.0.ply"]
+    assert run("shapes", "mesh", ring, "--format", "glb").exit_code == 0
+    assert Path("ring.null.0.glb").read_bytes().startswith(b"glTF")
+    assert run("shapes", "thumbnail", ring, "--out", "ring.png").exit_code == 0
+    assert Path("ring.png").read_bytes().startswith(b"\x89PNG")
+    assert run("shapes", "show", ring).exit_code == 0
 
 
-def test_watched_job_is_followed_to_its_end(run: Run, fake: FakeService) -> None:
-    fake.new_job("ingest", "default", total=3)
-    result = run("jobs", "watch", "job-0", "--json")
-    assert result.exit_code == 0
-    assert json.loads(result.stdout)["state"] == "succeeded"
+def test_shapes_are_deleted(run: Run, tmp_path: Path) -> None:
+    for name in ("crate.stl", "egg.null.0.obj"):
+        (tmp_path / name).write_bytes(zoo_files()[name])
+    assert run("upload", tmp_path, "-c", "doomed").exit_code == 0
+    listed = json.loads(run("shapes", "list", "-c", "doomed", "--json").stdout)
+    assert run("shapes", "delete", *(shape["id"] for shape in listed)).exit_code == 0
+    assert "No such shapes" in run("shapes", "list", "-c", "doomed").stdout
 
 
-def test_watched_job_that_fails_says_why(run: Run, fake: FakeService) -> None:
-    fake.new_job("ingest", "default", total=1, errors=[{"item": "a.ply", "detail": "no faces"}])
-    result = run("jobs", "watch", "job-0")
+def test_job_is_cancelled_retried_and_watched(
+    run: Run, service: RealService, tmp_path: Path
+) -> None:
+    path = tmp_path / "crate.stl"
+    path.write_bytes(zoo_files()["crate.stl"])
+    with service.idle():
+        sent = json.loads(run("upload", path, "-c", "jobs", "--no-wait", "--json").stdout)
+        (job,) = sent["jobs"]
+        assert "cancelled" in run("jobs", "cancel", job).stdout
+        assert json.loads(run("jobs", "retry", job, "--json").stdout)["state"] == "queued"
+        assert job in run("jobs", "list", "--collection", "jobs").stdout
+        assert "No such jobs" in run("jobs", "list", "-c", "jobs", "--state", "failed").stdout
+    watched = run("jobs", "watch", job, "--json")
+    assert watched.exit_code == 0
+    assert json.loads(watched.stdout)["state"] == "succeeded"
+
+
+def test_watched_job_that_fails_says_why(run: Run, tmp_path: Path) -> None:
+    path = tmp_path / "broken.off"
+    path.write_bytes(b"OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 99\n")
+    sent = json.loads(run("upload", path, "-c", "jobs", "--no-wait", "--json").stdout)
+    result = run("jobs", "watch", *sent["jobs"])
     assert result.exit_code == 1
-    assert "a.ply: no faces" in result.stderr
-    assert run("jobs", "watch", "job-0", "--json").exit_code == 1
+    assert "broken.off: " in result.stderr
+    assert "99" in result.stderr
+    shown = run("jobs", "show", *sent["jobs"]).stdout
+    assert "broken.off" in shown
+    assert run("jobs", "watch", *sent["jobs"], "--json").exit_code == 1
 
 
-def test_job_is_cancelled_and_retried(run: Run, fake: FakeService) -> None:
-    fake.new_job("ingest", "default", total=3)
-    assert "cancelled" in run("jobs", "cancel", "job-0").stdout
-    assert json.loads(run("jobs", "retry", "job-0", "--json").stdout)["state"] == "queued"
-    assert "job-0" in run("jobs", "list").stdout
-
-
-def test_models_are_listed_shown_and_activated(run: Run, fake: FakeService) -> None:
-    run("collections", "create", "default")
-    assert "heat" in run("models", "list").stdout
+def test_models_are_listed_shown_and_activated(run: Run) -> None:
+    assert "commute-time" in run("models", "list").stdout
     shown = run("models", "show", "heat").stdout
     assert "distance-distribution" in shown
-    assert "closed: cap-holes (longest 50), smooth (time 0.0003, steps 3), 100 eigenpairs" in shown
-    result = run("models", "activate", "commute-time", "--json")
+    assert "closed: cap-holes (longest 50), " in shown
+    assert "100 eigenpairs" in shown
+    run("collections", "create", "moving")
+    result = run("models", "activate", "commute-time", "-c", "moving", "--json")
     assert json.loads(result.stdout)["state"] == "succeeded"
-    assert fake.collections["default"]["model"] == "commute-time"
-
-
-def test_shapes_that_a_model_cannot_describe_are_named(run: Run, fake: FakeService) -> None:
-    run("collections", "create", "default")
-    reason = "the kernel is known for eigenvalues from 1 to 9, but the spectrum has 12"
-    fake.describe_errors = [{"item": "sword.off", "type": "kernel-domain", "detail": reason}]
-    shown = " ".join(run("models", "activate", "heat").stdout.split())
-    assert "not found under heat" in shown
-    assert f"sword.off {reason}" in shown
-
-
-def test_a_model_is_trained_and_its_figures_are_shown(run: Run, fake: FakeService) -> None:
-    result = run("models", "train", "mine", "-t", "scale", "-t", "noise", "--strength", "3",
-                 "--splines", "8", "--shapes", "4", "--seed", "1")  # fmt: skip
-    assert fake.queries[-1] == {
-        "name": "mine", "method": "spline", "parameters": {"splines": 8},
-        "training": {
-            "transformations": ["scale", "noise"], "strengths": [3], "shapes": 4, "seed": 1
-        },
-    }  # fmt: skip
-    assert result.exit_code == 0
-    for text in (result.stdout, run("models", "show", "mine").stdout):
-        for figure in ("0.011", "0.022", "0.066", "0.217", "-1.15", "1 to 230", "ready"):
-            assert figure in text
-
-
-def test_what_is_not_said_of_a_training_is_the_papers(run: Run, fake: FakeService) -> None:
-    from workers.transformations import PAPER_TRANSFORMATIONS
-
-    eleven = {"transformations": list(PAPER_TRANSFORMATIONS)}
-    document = json.loads(run("models", "train", "mine", "--json").stdout)
-    assert (document["model"]["name"], document["job"]["state"]) == ("mine", "succeeded")
-    assert fake.queries[-1]["training"] == eleven
-    run("models", "train", "mine", "--method", "grid", "-t", "paper", "-t", "view", "--no-wait")
-    assert fake.queries[-1]["training"]["transformations"] == [*PAPER_TRANSFORMATIONS, "view"]
-    run("models", "train", "mine", "-c", "zoo", "--correspondence", "vertex-order")
-    assert fake.queries[-1]["training"] == {"collection": "zoo", "correspondence": "vertex-order"}
-
-
-def test_a_model_with_nothing_to_learn_is_ready_at_once(run: Run, fake: FakeService) -> None:
-    result = run("models", "train", "short", "--method", "heat", "--time", "0.05")
-    body = {"name": "short", "method": "heat", "parameters": {"time": 0.05}}
-    assert fake.queries[-1] == body
-    assert "short is ready" in result.stdout
-
-
-# -- the client ----------------------------------------------------------------------------
-
-
-def test_patient_client_outlasts_a_restart(
-    fake: FakeService, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr("proteus.client.time.sleep", lambda seconds: None)
-    fake.failures = [
-        httpx.ConnectError("refused"),
-        httpx.ReadError("reset"),
-        httpx.Response(503),
-        httpx.Response(429, headers={"Retry-After": "1"}),
-    ]
-    with Client(patience_seconds=60, transport=fake.transport()) as client:
-        assert client.get("/healthz") == {"status": "ok"}
-    assert len(fake.requests) == 5
-
-
-def test_impatient_client_gives_up_at_once(fake: FakeService) -> None:
-    fake.failures = [httpx.ConnectError("refused")]
-    with Client(transport=fake.transport()) as client, pytest.raises(UnreachableError):
-        client.get("/healthz")
-
-
-def test_patient_client_does_not_repeat_a_refusal(fake: FakeService) -> None:
-    with (
-        Client(patience_seconds=60, transport=fake.transport()) as client,
-        pytest.raises(ServiceError, match="nothing at /nowhere"),
-    ):
-        client.get("/nowhere")
-    assert len(fake.requests) == 1
-
-
-def test_pages_stop_at_the_limit(fake: FakeService) -> None:
-    with Client(transport=fake.transport()) as client:
-        for name in ("a", "b", "c"):
-            client.request("POST", "/v1/collections", json={"name": name})
-        found = list(client.pages("/v1/collections", limit=2))
-    assert [item["name"] for item in found] == ["a", "b"]
+    assert json.loads(run("collections", "show", "moving", "--json").stdout)["model"] == (
+        "commute-time"
+    )
 
 
 # -- the program ---------------------------------------------------------------------------
@@ -245,7 +191,7 @@ def test_help_names_every_command(run: Run) -> None:
     ] == []
 
 
-def test_key_is_drawn_with_the_entry_that_knows_it(run: Run) -> None:
+def test_key_is_drawn_with_the_entry_that_the_service_takes(run: Run) -> None:
     drawn = json.loads(run("key", "laptop", "--scope", "read", "--json").stdout)
     name, digest, scopes = drawn["setting"].split(":")
     assert (name, scopes) == ("laptop", "read")
@@ -259,36 +205,38 @@ def test_fault_is_one_line_without_a_traceback() -> None:
         "def broken(*_): raise RuntimeError('boom')\n"
         "c.Client = broken; sys.argv = ['proteus', 'collections', 'list']; main()"
     )
-    told = subprocess.run(
+    done = subprocess.run(
         [sys.executable, "-c", source], capture_output=True, text=True, timeout=60
     )
-    assert told.returncode == 1
-    assert "boom" in told.stderr
-    assert "Traceback" not in told.stderr
+    assert done.returncode == 1
+    assert "boom" in done.stderr
+    assert "Traceback" not in done.stderr
 
 
 def test_unknown_setting_is_wrong_usage(
     run: Run, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     monkeypatch.setenv("PROTEUS_PROT", "8000")
-    result = run("serve", "--data-dir", str(tmp_path))
+    result = run("serve", "--data-dir", tmp_path)
     assert result.exit_code == 2
     assert "PROTEUS_PROT" in result.stderr
+
+
+# -- doctor --------------------------------------------------------------------------------
 
 
 def test_client_variables_are_no_unknown_settings(
     run: Run, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
-    monkeypatch.setenv("PROTEUS_URL", "http://127.0.0.1:1")
     monkeypatch.setenv("PROTEUS_KEY", "x")
-    result = run("doctor", "--data-dir", str(tmp_path), "--json")
+    result = run("doctor", "--data-dir", tmp_path, "--json")
     names = [check["name"] for check in json.loads(result.stdout)["checks"]]
     assert "settings" not in names
 
 
-def test_doctor_on_a_fresh_machine_is_content(run: Run, fake: FakeService, tmp_path: Path) -> None:
-    fake.failures = [httpx.ConnectError("refused")]
-    result = run("doctor", "--data-dir", str(tmp_path / "new"), "--json")
+def test_doctor_on_a_fresh_machine_is_content(run: Run, tmp_path: Path) -> None:
+    away = ("--url", "http://127.0.0.1:1")
+    result = run("doctor", "--data-dir", tmp_path / "new", *away, "--json")
     checks = {check["name"]: check for check in json.loads(result.stdout)["checks"]}
     assert {"python", "packages", "data directory", "disk", "lock", "database", "broker"} <= set(
         checks
@@ -298,9 +246,17 @@ def test_doctor_on_a_fresh_machine_is_content(run: Run, fake: FakeService, tmp_p
     assert not (tmp_path / "new").exists()  # it only looks
 
 
+def test_doctor_reads_what_a_running_service_says_of_itself(run: Run, tmp_path: Path) -> None:
+    result = run("doctor", "--data-dir", tmp_path / "new", "--json")
+    checks = {check["name"]: check for check in json.loads(result.stdout)["checks"]}
+    assert checks["service"]["state"] == "ok"
+    assert checks["readiness"]["state"] == "ok"
+    assert "database: ok" in checks["readiness"]["found"]
+
+
 def test_doctor_finds_a_broken_database(run: Run, tmp_path: Path) -> None:
     (tmp_path / "proteus.sqlite3").write_bytes(b"no database" * 100)
-    result = run("doctor", "--data-dir", str(tmp_path), "--json")
+    result = run("doctor", "--data-dir", tmp_path, "--json")
     assert result.exit_code == 1
     document = json.loads(result.stdout)
     assert document["healthy"] is False

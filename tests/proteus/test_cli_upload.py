@@ -1,14 +1,26 @@
 import json
 from pathlib import Path
 
-import httpx
 import pytest
-from typer.testing import Result
 
 from proteus.cli.query import parse_filters
 from proteus.files import CountingFile, UploadFile, find_files, make_batches
 from proteus.terminal.output import CommandError
-from tests.proteus.fake_service import FakeService, Run
+from tests.meshes import bumpy_sphere, scaled
+from tests.proteus.conftest import MOST_BYTES, Run
+from tests.proteus.real_service import Fault, RealService
+from tests.service.running import off
+from workers.geometry.formats import write
+
+FORMATS = ("off", "obj", "ply", "stl")
+
+
+def content_of(name: str) -> bytes:
+    """A mesh of the format that the name has, unlike any other's; a text where it has none."""
+    form = name.rpartition(".")[2].lower()
+    if form not in FORMATS:
+        return f"content of {name}".encode()
+    return write(bumpy_sphere(2, seed=len(name)), form)
 
 
 @pytest.fixture
@@ -23,7 +35,7 @@ def tree(tmp_path: Path) -> Path:
     for name in names:
         path = tmp_path / name
         path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_bytes(f"content of {name}".encode())
+        path.write_bytes(content_of(name))
     return tmp_path
 
 
@@ -83,69 +95,59 @@ def test_counting_file_tells_every_byte_once(tmp_path: Path) -> None:
     assert all(count > 0 for count in told)
 
 
-def test_upload_makes_the_collection_and_waits(run: Run, fake: FakeService, tree: Path) -> None:
-    result = run("upload", str(tree / "poses"), "-c", "animals", "--json")
+def test_upload_makes_the_collection_and_waits(run: Run, service: RealService, tree: Path) -> None:
+    result = run("upload", tree / "poses", "-c", "uploaded", "--json")
     assert result.exit_code == 0, result.output
-    assert fake.uploads == [("cat", ["cat-01.ply", "cat-02.OFF"]), ("old", ["dog-01.obj"])]
     document = json.loads(result.stdout)
-    assert (document["collection"], document["files"], document["shapes"]) == ("animals", 3, 3)
-    assert all(job["state"] == "succeeded" for job in fake.jobs.values())
+    assert (document["collection"], document["files"], document["shapes"]) == ("uploaded", 3, 3)
+    shapes = json.loads(run("shapes", "list", "-c", "uploaded", "--json").stdout)
+    labels = {shape["name"]: shape["label"] for shape in shapes}
+    assert labels == {"cat-01.ply": "cat", "cat-02.OFF": "cat", "dog-01.obj": "old"}
+    assert {shape["state"] for shape in shapes} == {"ready"}
+    again = json.loads(run("upload", tree / "poses", "-c", "uploaded", "--json").stdout)
+    assert again["errors"] == []
+    assert len(json.loads(run("shapes", "list", "-c", "uploaded", "--json").stdout)) == 3
 
 
-def test_upload_names_what_failed(run: Run, fake: FakeService, tree: Path) -> None:
-    (tree / "poses/cat/cat-03.ply").write_bytes(b"bad mesh")
-    result = run("upload", str(tree / "poses"))
+def test_upload_names_what_failed(run: Run, tree: Path) -> None:
+    (tree / "poses/cat/cat-03.off").write_bytes(b"OFF\n3 0 0\n0 0 0\n1 0 0\n0 1 0\n")
+    result = run("upload", tree / "poses", "-c", "failing")
     assert result.exit_code == 1
-    assert "cat-03.ply" in result.stdout
-    assert "it has no faces" in result.stdout
+    assert "cat-03.off" in result.stdout
+    assert "faces" in result.stdout
     assert "3 ready" in result.stdout
 
 
 def test_refused_file_does_not_keep_back_the_others(
-    run: Run, fake: FakeService, tree: Path
-) -> None:  # fmt: skip
-    (tree / "poses/cat/cat-00.ply").write_bytes(b"huge mesh")
-    result = run("upload", str(tree / "poses"), "--json")
+    run: Run, service: RealService, tree: Path
+) -> None:
+    (tree / "poses/cat/cat-00.ply").write_bytes(b"x" * (MOST_BYTES + 1))
+    result = run("upload", tree / "poses", "-c", "partly", "--json")
     assert result.exit_code == 1
-    sent = sorted(name for _, names in fake.uploads for name in names)
+    shapes = json.loads(run("shapes", "list", "-c", "partly", "--json").stdout)
+    sent = sorted(shape["name"] for shape in shapes)
     assert sent == ["cat-01.ply", "cat-02.OFF", "dog-01.obj"]
     errors = json.loads(result.stdout)["errors"]
     assert [error["item"] for error in errors] == ["cat-00.ply"]
-    assert "more than the limit" in errors[0]["detail"]
+    assert str(MOST_BYTES) in errors[0]["detail"].replace(",", "")
 
 
-def test_upload_is_repeated_after_a_broken_connection(
-    run: Run, fake: FakeService, tree: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:  # fmt: skip
-    handle = fake.handle
-    broken: list[httpx.Request] = []
-
-    def unreliable(request: httpx.Request) -> httpx.Response:
-        answer = handle(request)
-        if request.method == "POST" and request.url.path.endswith("/shapes") and not broken:
-            broken.append(request)
-            raise httpx.ReadError("reset by peer")
-        return answer
-
-    monkeypatch.setattr(fake, "transport", lambda: httpx.MockTransport(unreliable))
-    monkeypatch.setattr("proteus.cli.connection.Client", _patched(fake))
-    result = run("upload", str(tree / "objects/boat.stl"), "--json")
+def test_upload_is_repeated_after_a_broken_connection_and_counts_once(
+    run: Run, service: RealService, tree: Path
+) -> None:
+    """The service had taken the file; only its answer was lost."""
+    service.faults.append(Fault(method="POST", path="/shapes", after=True))
+    result = run("upload", tree / "objects/boat.stl", "-c", "broken", "--json")
     assert result.exit_code == 0, result.output
-    bodies = [r.content.partition(b"\r\n\r\n")[2].partition(b"\r\n--")[0] for r in broken]
-    assert bodies == [b"content of objects/boat.stl"]
-    assert fake.uploads == [("", ["boat.stl"]), ("", ["boat.stl"])]
+    first, second = service.sent("POST", "/shapes")
+    content = (tree / "objects/boat.stl").read_bytes()
+    assert content in first.body
+    assert content in second.body
+    assert json.loads(run("collections", "show", "broken", "--json").stdout)["shape_count"] == 1
 
 
-def _patched(fake: FakeService) -> object:
-    from functools import partial
-
-    from proteus.client import Client
-
-    return partial(Client, transport=fake.transport())
-
-
-def test_folder_without_meshes_is_said_clearly(run: Run, tmp_path: Path) -> None:
-    result = run("upload", str(tmp_path))
+def test_folder_without_meshes_is_named(run: Run, tmp_path: Path) -> None:
+    result = run("upload", tmp_path)
     assert result.exit_code == 1
     assert "no mesh" in result.stderr
 
@@ -153,40 +155,50 @@ def test_folder_without_meshes_is_said_clearly(run: Run, tmp_path: Path) -> None
 # -- query ---------------------------------------------------------------------------------
 
 
-def test_query_by_shape_sends_its_options(run: Run, fake: FakeService) -> None:
-    fake.add_shape("default", "cat-01.ply", "cat", b"1")
+def test_query_by_shape_sends_its_options(run: Run, service: RealService) -> None:
+    ring = json.loads(run("shapes", "list", "-c", "zoo", "--label", "ring", "--json").stdout)[0]
     result = run(
-        "query", "--shape", "shape-0", "-n", "3", "--model", "commute-time",
-        "--dissimilarity", "l2", "--filter", "label=cat", "--json",
+        "query", "-c", "zoo", "--shape", ring["id"], "-n", "3", "--model", "heat",
+        "--dissimilarity", "chi-squared", "--filter", "label=ball", "--json",
     )  # fmt: skip
     assert result.exit_code == 0, result.output
-    assert fake.queries == [
-        {
-            "shape_id": "shape-0", "limit": 3, "model": "commute-time", "dissimilarity": "l2",
-            "filter": {"must": [{"field": "label", "equals": "cat"}]}, "include_self": False,
-        }
-    ]  # fmt: skip
-    assert json.loads(result.stdout)["matches"][0]["shape"]["name"] == "cat-01.ply"
+    assert service.sent("POST", "/query")[-1].json == {
+        "shape_id": ring["id"], "limit": 3, "model": "heat",
+        "dissimilarity": "chi-squared", "include_self": False,
+        "filter": {"must": [{"field": "label", "equals": "ball"}]},
+    }  # fmt: skip
+    found = json.loads(result.stdout)
+    assert (found["model"], found["dissimilarity"]) == ("heat", "chi-squared")
+    assert {match["shape"]["label"] for match in found["matches"]} == {"ball"}
 
 
 @pytest.mark.parametrize("slow", [False, True])
 def test_query_by_mesh_prints_the_ranked_answer(
-    run: Run, fake: FakeService, tree: Path, slow: bool
-) -> None:  # fmt: skip
-    fake.query_is_slow = slow
-    fake.add_shape("default", "cat-01.ply", "cat", b"1")
-    fake.add_shape("default", "dog-01.ply", "dog", b"2")
-    result: Result = run("query", str(tree / "objects/boat.stl"), "-f", "label!=cow")
+    run: Run, service: RealService, tmp_path: Path, slow: bool
+) -> None:
+    """A slow answer is 202 with a job, which is followed."""
+    mesh = tmp_path / "unknown.off"
+    mesh.write_bytes(off(scaled(bumpy_sphere(2, seed=1), 2.0 + 0.5 * slow)))
+    service.front.answers_at_once = slow
+    try:
+        result = run("query", mesh, "-c", "zoo", "-f", "label!=ring")
+    finally:
+        service.front.answers_at_once = False
     assert result.exit_code == 0, result.output
-    lines = result.stdout.splitlines()
-    assert [line.split()[:3] for line in lines[-2:]] == [
-        ["1", "cat-01.ply", "cat"],
-        ["2", "dog-01.ply", "dog"],
-    ]
-    assert fake.queries[0]["mesh"] == b"content of objects/boat.stl"
-    assert json.loads(fake.queries[0]["filter"]) == {
-        "must_not": [{"field": "label", "equals": "cow"}]
-    }
+    rows = [line.split()[:3] for line in result.stdout.splitlines()[-4:]]
+    assert sorted(row[1] for row in rows[:2]) == ["ball.null.0.off", "ball.scale.2.off"]
+    assert [row[0] for row in rows] == ["1", "2", "3", "4"]
+    assert "ring" not in {row[2] for row in rows}
+    asked = any("/v1/queries/" in request.path for request in service.requests)
+    assert asked == slow
+
+
+def test_query_that_cannot_be_read_says_why(run: Run, tmp_path: Path) -> None:
+    mesh = tmp_path / "broken.off"
+    mesh.write_bytes(b"OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 99\n")
+    result = run("query", mesh, "-c", "zoo")
+    assert result.exit_code == 1
+    assert "99" in result.stderr
 
 
 def test_filters_are_those_of_the_contract() -> None:

@@ -1,7 +1,7 @@
+"""``proteus benchmark``: a small one built, and measured on the real application."""
+
 import csv
 import json
-from collections.abc import Callable
-from functools import partial
 from pathlib import Path
 
 import pytest
@@ -11,10 +11,10 @@ from proteus.benchmark.build import Built, build_benchmark
 from proteus.benchmark.plan import BenchmarkOptions
 from proteus.benchmark.run import collection_name
 from proteus.cli.program import app
-from proteus.client import Client
-from tests.proteus.reproduction.learning_service import LearningService
+from tests.proteus.conftest import Run, upload_files
+from tests.proteus.real_service import RealService
+from tests.service.running import zoo_files
 
-Run = Callable[..., Result]
 TINY = BenchmarkOptions(
     creatures=2, creature_vertices=2000, transformations=("scale", "noise"), strengths=(1,)
 )
@@ -26,16 +26,8 @@ def built(tmp_path_factory: pytest.TempPathFactory) -> Built:
 
 
 @pytest.fixture
-def fake() -> LearningService:
-    return LearningService()
-
-
-@pytest.fixture
-def run(fake: LearningService, monkeypatch: pytest.MonkeyPatch) -> Run:
-    monkeypatch.delenv("PROTEUS_URL", raising=False)
-    monkeypatch.setattr(
-        "proteus.cli.connection.Client", partial(Client, transport=fake.transport())
-    )
+def run(service: RealService, monkeypatch: pytest.MonkeyPatch) -> Run:
+    monkeypatch.setenv("PROTEUS_URL", service.url)
 
     def invoke(*arguments: object) -> Result:
         return CliRunner().invoke(app, ["benchmark", *map(str, arguments)])
@@ -80,26 +72,35 @@ def test_build_refuses_options_that_make_no_sense(run: Run, tmp_path: Path) -> N
     assert not (tmp_path / "out").exists()
 
 
-def test_run_uploads_and_shows_table_1(run: Run, built: Built, fake: LearningService) -> None:
-    result = run("run", built.folder, "-m", "commute-time", "-m", "heat")
+def test_run_uploads_and_shows_table_1(run: Run, built: Built, service: RealService) -> None:
+    result = run("run", built.folder, "-m", "heat", "-m", "commute-time")
     assert result.exit_code == 0, result.output
     name = collection_name(built)
     assert name.startswith("tiny-set")
-    assert fake.collections[name]["shape_count"] == 6
-    labels = {(s["label"], s["transformation"]) for s in fake.shapes.values()}
-    assert {how for _, how in labels} == {"null", "scale", "noise"}
-    assert "60.0*" in result.stdout
+    with service.client() as client:
+        shapes = [*client.pages(f"/v1/collections/{name}/shapes")]
+        found = next(e for e in client.pages("/v1/evaluations") if e["collection"] == name)
+        found = client.get(f"/v1/evaluations/{found['id']}")
+    assert len(shapes) == 6
+    assert {shape["transformation"] for shape in shapes} == {"null", "scale", "noise"}
+    assert {shape["label"] for shape in shapes} == {s["label"] for s in built.manifest["shapes"]}
     assert "mean of rows" in result.stdout
+    rows = [line.replace("*", "").split() for line in result.stdout.splitlines()]
+    for transformation, row in found["table"].items():
+        figures = [f"{row[model]:.1f}" for model in ("heat", "commute-time")]
+        assert [transformation, *figures] in rows
+    assert found["table"]["scale"]["commute-time"] == 100.0  # it does not see scale
 
 
 def test_run_makes_models_of_another_view_once(
-    run: Run, built: Built, fake: LearningService
+    run: Run, built: Built, service: RealService
 ) -> None:
     for _ in range(2):
         result = run("run", built.folder, "-m", "commute-time", "--view", "open", "--json")
         assert result.exit_code == 0, result.output
         assert json.loads(result.stdout)["models"] == ["commute-time-open"]
-    assert fake.models["commute-time-open"]["parameters"] == {"view": "open"}
+    with service.client() as client:
+        assert client.get("/v1/models/commute-time-open")["parameters"]["view"] == "open"
     closed = run("run", built.folder, "-m", "commute-time", "--view", "closed", "--json")
     assert json.loads(closed.stdout)["models"] == ["commute-time"]
     refused = run("run", built.folder, "-m", "proteus", "--view", "open")
@@ -111,20 +112,21 @@ def test_run_saves_json_or_csv(run: Run, built: Built, tmp_path: Path) -> None:
     for ending in ("json", "csv"):
         out = tmp_path / f"table.{ending}"
         assert run("run", built.folder, "-m", "heat", "--out", out).exit_code == 0
-    assert json.loads((tmp_path / "table.json").read_text())["table"]["scale"] == {"heat": 50.0}
-    rows = list(csv.reader((tmp_path / "table.csv").read_text().splitlines()))
-    assert rows[0] == ["transformation", "strength", "heat"]
+    table = json.loads((tmp_path / "table.json").read_text())["table"]
+    head, *rows = list(csv.reader((tmp_path / "table.csv").read_text().splitlines()))
+    assert head == ["transformation", "strength", "heat"]
+    assert ["scale", "", str(table["scale"]["heat"])] in rows
     refused = run("run", built.folder, "--out", tmp_path / "table.xml")
     assert refused.exit_code == 1
     assert "expected .json or .csv" in refused.stderr
 
 
 def test_run_refuses_a_collection_with_other_shapes(
-    run: Run, built: Built, fake: LearningService
+    run: Run, built: Built, service: RealService
 ) -> None:
-    assert run("run", built.folder, "-m", "heat", "-c", "zoo").exit_code == 0
-    fake.collections["zoo"]["shape_count"] += 1
-    result = run("run", built.folder, "-m", "heat", "-c", "zoo")
+    with service.client() as client:
+        upload_files(client, "taken", {"crate.stl": zoo_files()["crate.stl"]})
+    result = run("run", built.folder, "-m", "heat", "-c", "taken")
     assert result.exit_code == 1
     assert "holds 7 shapes, the benchmark 6" in result.stderr
 
