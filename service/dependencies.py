@@ -26,18 +26,16 @@ from workers.errors import (
 from workers.settings import Settings
 from workers.storage.blobs import BlobStore
 from workers.storage.database import Database
-from workers.storage.paging import MOST_CURSOR
+from workers.storage.paging import CURSOR_PATTERN, MOST_CURSOR
 from workers.tasks.dispatch import Dispatcher
 
 ID = re.compile(r"[0-9a-f]{8}(-[0-9a-f]{4}){3}-[0-9a-f]{12}")
 MAX_WAIT_SECONDS = 60
 Cursor = Annotated[
     str,
-    Field(
-        pattern=r"^[A-Za-z0-9_-]*$", max_length=MOST_CURSOR, json_schema_extra={"format": "cursor"}
-    ),
+    Field(pattern=CURSOR_PATTERN, max_length=MOST_CURSOR),
 ]
-"""Base64 of a row's key: opaque to clients, which send back what they were given."""
+"""The key of a page's last row: opaque to clients, which send back what they were given."""
 
 
 @dataclass(frozen=True)

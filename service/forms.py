@@ -43,7 +43,7 @@ def read_fields(
     filled = {name: text for name, text in texts.items() if text.strip()}
     values = {name: _read_json(name, t) if name in as_json else t for name, t in filled.items()}
     try:
-        return kind.model_validate(values)
+        return kind.model_validate(values, strict=False)
     except ValidationError as error:
         found = [{**e, "loc": ("form", *e["loc"])} for e in error.errors(include_url=False)]
         raise InvalidRequestError(explain_validation(found)) from None

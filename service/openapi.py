@@ -31,6 +31,7 @@ RETRY_AFTER = {
     "schema": {"type": "integer"},
 }
 LOCATION = {"description": "where the answer can be fetched again", "schema": {"type": "string"}}
+REFERENCE = "#/components/schemas/{model}"
 NO_HEADERS: dict[str, Any] = {}
 ETAG = {"description": "what If-None-Match takes", "schema": {"type": "string"}}
 TAGS = [
@@ -94,9 +95,26 @@ def content(*types: str, description: str, etag: bool = True) -> dict[str, Any]:
     }
 
 
+def form_fields(body: type[BaseModel]) -> dict[str, Any]:
+    """Return the fields of a body as parts of a form, where what is left out stands for null."""
+    fields: dict[str, Any] = body.model_json_schema(ref_template=REFERENCE)["properties"]
+    return {name: _without_null(schema) for name, schema in sorted(fields.items())}
+
+
+def _without_null(schema: dict[str, Any]) -> dict[str, Any]:
+    options = [option for option in schema.get("anyOf", []) if option != {"type": "null"}]
+    rest = {key: value for key, value in schema.items() if key not in {"anyOf", "default"}}
+    return {**options[0], **rest} if len(options) == 1 else schema
+
+
 def multipart_body(properties: dict[str, Any], *, required: str) -> dict[str, Any]:
     """Describe a form that the endpoint reads itself."""
-    schema = {"type": "object", "properties": properties, "required": [required]}
+    schema = {
+        "type": "object",
+        "properties": properties,
+        "required": [required],
+        "additionalProperties": False,
+    }
     return {
         "requestBody": {"required": True, "content": {"multipart/form-data": {"schema": schema}}}
     }

@@ -19,7 +19,7 @@ from service.dependencies import (
 from service.errors import failed_work
 from service.forms import read_fields
 from service.multipart import FormLimits, ReceivedFile, ReceivedForm, receive_form
-from service.openapi import LOCATION, job_answers, multipart_body, problems
+from service.openapi import LOCATION, form_fields, job_answers, multipart_body, problems
 from service.query_rows import (
     MeshQuestion,
     find_question,
@@ -59,10 +59,7 @@ FORM = {
         "format": "binary",
         "description": "OFF, OBJ, PLY, STL, GLB, glTF or 3MF; the content decides",
     },
-    **{
-        name: {"type": "string", "description": f"as in the query by shape: {name}"}
-        for name in sorted(TEXT_FIELDS)
-    },
+    **form_fields(MeshQueryForm),
 }
 router = APIRouter(prefix="/v1", tags=["search"])
 

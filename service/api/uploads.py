@@ -26,11 +26,12 @@ from workers.storage.shapes import NewShape, ShapeView, get_shapes
 FORM = {
     "files": {
         "type": "array",
+        "minItems": 1,
         "items": {"type": "string", "format": "binary"},
         "description": "meshes (OFF, OBJ, PLY, STL, GLB, glTF, 3MF) and zip archives of meshes",
     },
     "label": {"type": "string", "maxLength": 255, "description": "of all of them"},
-    "metadata": {"type": "string", "description": "a JSON object of at most 16 KiB, of all"},
+    "metadata": {"type": "object", "description": "as JSON, at most 16 KiB, of all"},
 }
 router = APIRouter(prefix="/v1/collections", tags=["shapes"])
 

@@ -100,6 +100,7 @@ class NewEvaluation(Body):
     models: list[ModelName] = Field(
         min_length=1,
         max_length=MAX_MODELS,
+        json_schema_extra={"uniqueItems": True},
         description="each once; the first is the one that others are compared with",
     )
     dissimilarity: Annotated[Text, StringConstraints(min_length=1, max_length=40)] | None = Field(

@@ -17,7 +17,7 @@ class PageAnswer(Answer, Generic[Item]):
     """Some items of a list; `next_cursor` asks for those after them, null at the end."""
 
     items: list[Item]
-    next_cursor: str | None = Field(examples=[None, "emVicmE"])
+    next_cursor: str | None = Field(examples=[None, "7a65627261"])
 
 
 def answer_page(page: Page[Row], convert: Callable[[Row], Item]) -> PageAnswer[Item]:

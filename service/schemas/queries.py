@@ -4,6 +4,7 @@ from typing import Annotated, Any
 
 from pydantic import ConfigDict, Field, StringConstraints, model_validator
 from pydantic.config import JsonDict
+from pydantic.json_schema import SkipJsonSchema
 
 from service.schemas.collections import ModelName
 from service.schemas.jobs import JOB_EXAMPLE, JobAnswer
@@ -26,11 +27,34 @@ SIMILARITY = (
     "so 0.5 means as far apart as two different kinds of shape usually are. It orders as the "
     "distance does; it is no probability that two shapes are the same."
 )
+BOUNDS = ("gt", "gte", "lt", "lte")
 Scalar = bool | int | float | Text | None
+
+
+def _describe_range(schema: JsonDict) -> None:
+    """Say in the schema that some bound is needed, and that all are of one kind."""
+    schema["anyOf"] = [_bounds_of("number"), _bounds_of("string")]
+
+
+def _bounds_of(kind: str) -> JsonDict:
+    needed: list[JsonDict] = [
+        {"required": [name], "properties": {name: {"type": kind}}} for name in BOUNDS
+    ]
+    return {
+        "properties": {name: {"type": [kind, "null"]} for name in BOUNDS},
+        "anyOf": list(needed),
+    }
+
+
+def _describe_condition(schema: JsonDict) -> None:
+    """Say in the schema that a condition has exactly one test."""
+    schema["oneOf"] = [{"required": [name]} for name in ("equals", "in", "range")]
 
 
 class Range(Body):
     """Bounds of numbers, or of texts in the order of their code points."""
+
+    model_config = ConfigDict(json_schema_extra=_describe_range)
 
     gt: float | Text | None = None
     gte: float | Text | None = None
@@ -55,19 +79,22 @@ class Condition(Body):
     A list in the metadata passes if one of its items does. A missing field equals null.
     """
 
+    model_config = ConfigDict(json_schema_extra=_describe_condition)
+
     field: Annotated[Text, StringConstraints(pattern=FIELD_PATTERN)] = Field(
-        description="label, name, transformation, strength, or metadata.KEY, metadata.KEY.KEY …"
+        description="label, name, transformation, strength, or metadata.KEY, metadata.KEY.KEY …",
+        json_schema_extra={"pattern": FIELD_PATTERN},
     )
     equals: Scalar = None
-    one_of: list[Scalar] | None = Field(None, alias="in", min_length=1, max_length=1000)
-    range: Range | None = None
+    one_of: Annotated[list[Scalar], Field(min_length=1, max_length=1000)] | SkipJsonSchema[None] = (
+        Field(None, alias="in")
+    )
+    range: Range | SkipJsonSchema[None] = None
 
     @model_validator(mode="after")
     def _one_test(self) -> "Condition":
         given = self.model_fields_set & {"equals", "one_of", "range"}
-        empty = ("one_of" in given and self.one_of is None) or (
-            "range" in given and self.range is None
-        )
+        empty = {name for name in given - {"equals"} if getattr(self, name) is None}
         if len(given) != 1 or empty:
             raise ValueError("give exactly one of equals, in and range")
         return self

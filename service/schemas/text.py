@@ -4,22 +4,46 @@ import json
 import math
 from typing import Annotated, Any
 
-from pydantic import AfterValidator, BaseModel, ConfigDict, Field, StringConstraints
+from pydantic import (
+    AfterValidator,
+    BaseModel,
+    ConfigDict,
+    Field,
+    StringConstraints,
+    model_validator,
+)
 
 MAX_METADATA_BYTES = 16 * 1024
 MAX_METADATA_DEPTH = 16
 
 
 class Body(BaseModel):
-    """A request body: unknown fields are refused, so that a slip is not passed over."""
+    """A request body: unknown fields are refused, so that a slip is not passed over.
 
-    model_config = ConfigDict(extra="forbid", allow_inf_nan=False)
+    A value has the type that the document says: no text or truth value stands for a number.
+    """
+
+    model_config = ConfigDict(extra="forbid", allow_inf_nan=False, strict=True)
+
+    @model_validator(mode="before")
+    @classmethod
+    def _whole_numbers_are_integers(cls, given: Any) -> Any:
+        """Take 3.0 as 3: JSON has one kind of number, and some clients write all with a point."""
+        if not isinstance(given, dict):
+            return given
+        return {name: _whole(value) for name, value in given.items()}
 
 
 class Answer(BaseModel):
     """A response body."""
 
     model_config = ConfigDict(from_attributes=True)
+
+
+def _whole(value: Any) -> Any:
+    if isinstance(value, list):
+        return [_whole(item) for item in value]
+    return int(value) if isinstance(value, float) and value.is_integer() else value
 
 
 def check_text(text: str) -> str:
@@ -70,7 +94,8 @@ def _check_value(value: object, *, depth: int) -> None:
             _check_value(item, depth=depth + 1)
 
 
-Text = Annotated[str, AfterValidator(check_text)]
+NO_NUL = r"^[^\x00]*$"
+Text = Annotated[str, AfterValidator(check_text), Field(json_schema_extra={"pattern": NO_NUL})]
 Label = Annotated[Text, StringConstraints(max_length=255)]
 Name = Annotated[Text, StringConstraints(min_length=1, max_length=255)]
 Metadata = Annotated[

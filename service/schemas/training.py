@@ -104,6 +104,7 @@ class BankParameters(Body):
         list(DEFAULT_VIEWS),  # type: ignore[arg-type]
         min_length=1,
         max_length=len(VIEW_NAMES),
+        json_schema_extra={"uniqueItems": True},
         description="how shapes are prepared: with compact holes closed or not, smoothed or not, "
         "or (detailed) closed with 200 eigenpairs instead of 100; "
         "every candidate channel is tried under each, and a view that no channel needs is dropped",

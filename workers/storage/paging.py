@@ -1,18 +1,18 @@
 """Keyset pages: a cursor says after which id to go on, so that no row is skipped or doubled."""
 
-import base64
-import binascii
+import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Generic, TypeVar
+from urllib.parse import quote, unquote
 
 from workers.errors import InvalidRequestError
 
 Row = TypeVar("Row")
-MOST_KEY = 200
-"""Characters of a row's key."""
-MOST_CURSOR = -(-4 * 4 * MOST_KEY // 3)
-"""Characters of a cursor: base64 makes four of three bytes, and a character has at most four."""
+CURSOR_PATTERN = r"^([2-7][0-9a-f])*$"
+"""Every cursor of this form is one; see `encode_cursor`."""
+MOST_CURSOR = 4800
+"""Characters of a cursor: a key has at most 200, each at most 12 in a URL, each of these two."""
 
 
 @dataclass(frozen=True)
@@ -26,16 +26,19 @@ class Page(Generic[Row]):
 def encode_cursor(key: str) -> str:
     """Make an opaque cursor of the last row's key.
 
+    It is the key as in a URL, in hexadecimal digits of its ASCII codes. So there is no text of
+    the declared form that is no cursor.
+
     Parameters
     ----------
     key : str
-        The id or name that the page ends with.
+        What rows are sorted by.
 
     Returns
     -------
-    Text that stands in a URL as it is.
+    Text of `CURSOR_PATTERN`.
     """
-    return base64.urlsafe_b64encode(key.encode()).decode().rstrip("=")
+    return quote(key, safe=" ").encode("ascii").hex()
 
 
 def decode_cursor(cursor: str | None) -> str | None:
@@ -44,27 +47,22 @@ def decode_cursor(cursor: str | None) -> str | None:
     Parameters
     ----------
     cursor : str or None
-        What `encode_cursor` gave; None for the first page.
+        As `encode_cursor` made it.
 
     Returns
     -------
-    The key after which the page begins; None for the first page.
+    The key after which the page begins; None for no cursor, or an empty one.
 
     Raises
     ------
     InvalidRequestError
-        It is none that Proteus gave.
+        It is not of the form of a cursor.
     """
-    if cursor is None:
+    if not cursor:
         return None
-    try:
-        padded = cursor + "=" * (-len(cursor) % 4)
-        key = base64.b64decode(padded.encode(), altchars=b"-_", validate=True).decode()
-    except (binascii.Error, UnicodeError):
-        raise InvalidRequestError(f"the cursor {cursor[:40]!r} is none that was given") from None
-    if not key or "\x00" in key or len(key) > MOST_KEY:
+    if len(cursor) > MOST_CURSOR or not re.fullmatch(CURSOR_PATTERN, cursor):
         raise InvalidRequestError(f"the cursor {cursor[:40]!r} is none that was given")
-    return key
+    return unquote(bytes.fromhex(cursor).decode("ascii")).replace("\x00", "\ufffd")
 
 
 def cut_page(rows: Sequence[Row], limit: int, key: Callable[[Row], str]) -> Page[Row]:
