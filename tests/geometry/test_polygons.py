@@ -63,7 +63,8 @@ def spiral(n: int) -> FloatArray:
 
 def nearly_flat(n: int) -> FloatArray:
     """A comb of teeth a million times thinner than it is long."""
-    return comb(n) * [1.0, 1e-6]
+    flat: FloatArray = comb(n) * [1.0, 1e-6]
+    return flat
 
 
 def repeated(n: int) -> FloatArray:
@@ -89,7 +90,8 @@ def cut(corners: FloatArray) -> TriangleMesh:
 def in_space(flat: FloatArray, seed: int) -> FloatArray:
     """The polygon in a random plane."""
     rng = np.random.default_rng(seed)
-    return np.c_[flat, np.zeros(len(flat))] @ random_rotation(rng).T + rng.normal(size=3)
+    turned: FloatArray = np.c_[flat, np.zeros(len(flat))] @ random_rotation(rng).T
+    return turned + rng.normal(size=3)
 
 
 def unshared_sides(faces: IntArray) -> set[tuple[int, int]]:
@@ -106,7 +108,7 @@ def require_sound(corners: FloatArray) -> None:
     n = len(corners)
     mesh = cut(corners)
     expected = vector_area(corners - corners.mean(axis=0))
-    size = np.linalg.norm(expected)
+    size = float(np.linalg.norm(expected))
     assert_allclose(mesh.area, size, rtol=1e-6)
     assert_allclose(0.5 * mesh.face_normals.sum(axis=0), expected, atol=1e-9 * size)
     assert mesh.n_faces == n - 2

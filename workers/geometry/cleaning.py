@@ -16,7 +16,7 @@ FEWEST_FACES = 4  # a closed surface has no fewer
 VERTICES = ("vertex", "vertices")
 FACES = ("face", "faces")
 FRAGMENTS = ("fragment", "fragments")
-SMALLEST_EXTENT, LARGEST_EXTENT = 1e-100, 1e100  # squares and products must stay finite
+SMALLEST_EXTENT, LARGEST_EXTENT = 1e-60, 1e60  # squared areas, also of needles, must be normal
 
 
 @dataclass(frozen=True, eq=False)

@@ -7,8 +7,8 @@ from dataclasses import dataclass, field
 from types import MappingProxyType
 from typing import Any
 
-from workers.errors import InvalidRequestError
-from workers.geometry.cleaning import without_useless_faces
+from workers.errors import InvalidMeshError, InvalidRequestError
+from workers.geometry.cleaning import FEWEST_FACES, without_useless_faces
 from workers.geometry.closing import close_loops, double
 from workers.geometry.mesh import TriangleMesh
 from workers.geometry.refinement import refine
@@ -183,6 +183,8 @@ def prepare(mesh: TriangleMesh, view: View) -> PreparedMesh:
 
     Raises
     ------
+    InvalidMeshError
+        A step left fewer than 4 faces: the shape is too thin for the view.
     SpectrumError
         A simplification could not be checked.
     """
@@ -192,6 +194,12 @@ def prepare(mesh: TriangleMesh, view: View) -> PreparedMesh:
         mesh, said = _STEPS[step.name](mesh, step.parameters)
         if mesh is not before:
             mesh = without_useless_faces(mesh)
+        if mesh.n_faces < FEWEST_FACES:
+            raise InvalidMeshError(
+                f"step {step.name!r} of the view {view.name!r} left {mesh.n_faces} of "
+                f"{before.n_faces:,} faces with area, expected at least {FEWEST_FACES}: the shape "
+                "is too thin"
+            )
         notes += [f"{step.name}: {sentence}" for sentence in said]
     return PreparedMesh(mesh, tuple(notes))
 

@@ -3,6 +3,7 @@
 Neighbouring polygons share their sides, so a side must not be lost: it would leave a crack.
 """
 
+from collections.abc import Callable
 from functools import partial
 
 import mapbox_earcut
@@ -98,8 +99,12 @@ def _cut_folded(points: FloatArray) -> IntArray | None:
         return None
     distinct = np.flatnonzero((flat != np.roll(flat, -1, axis=0)).any(axis=1))
     area = _doubled_areas(flat, _fan(np.arange(len(flat))[None])[0]).sum()
-    ways = [partial(_sweep, opening=opening) for opening in OPENINGS]
-    for cut in (_clip, *ways) if len(flat) <= LARGEST_CLIPPED else ways:
+    ways: list[Callable[[FloatArray], IntArray | None]] = [
+        partial(_sweep, opening=opening) for opening in OPENINGS
+    ]
+    if len(flat) <= LARGEST_CLIPPED:
+        ways.insert(0, _clip)
+    for cut in ways:
         found = _completed(cut(flat[distinct]), distinct, len(flat))
         if found is not None:
             areas = _doubled_areas(flat, found)
