@@ -47,7 +47,7 @@ WORK_STATUS: Mapping[str, int] = {
 
 
 class RefusedError(errors.ProteusError):
-    """A problem that only the HTTP door knows: keys, limits, work that failed earlier."""
+    """A problem that only the HTTP door knows, such as a key that is missing."""
 
     def __init__(
         self, kind: str, status: int, detail: str, headers: Mapping[str, str] | None = None
@@ -63,18 +63,12 @@ class RefusedError(errors.ProteusError):
         return self._kind
 
 
-def failed_work(reasons: Sequence[Mapping[str, Any]]) -> RefusedError:
-    """Return the problem of a job that ended without a result, from its errors."""
-    if not reasons:
-        return RefusedError("cancelled", 409, "the job was cancelled before it had a result")
-    kind = str(reasons[0]["type"])
-    return RefusedError(kind, WORK_STATUS.get(kind, 500), str(reasons[0]["detail"]))
-
-
 def status_of(error: errors.ProteusError) -> int:
     """HTTP status of a domain error, by its narrowest known class."""
     if isinstance(error, RefusedError):
         return error.status
+    if isinstance(error, errors.FailedWorkError):
+        return WORK_STATUS.get(error.kind, 500)
     return next(STATUS[cls] for cls in type(error).__mro__ if cls in STATUS)
 
 

@@ -5,6 +5,8 @@ is decided in ``service/errors.py`` alone.
 """
 
 import re
+from collections.abc import Mapping, Sequence
+from typing import Any, Self
 
 
 class ProteusError(Exception):
@@ -101,3 +103,34 @@ class InsufficientTrainingDataError(ConflictError):
 
 class SpectrumError(ProteusError):
     """The eigenpairs could not be computed, or not be certified."""
+
+
+class FailedWorkError(ProteusError):
+    """Work that ended earlier without a result; its kind is that of the first failure."""
+
+    def __init__(self, kind: str, detail: str) -> None:
+        super().__init__(detail)
+        self._kind = kind
+
+    @classmethod
+    def of(cls, reasons: Sequence[Mapping[str, Any]]) -> Self:
+        """Make the error of a job.
+
+        Parameters
+        ----------
+        reasons : sequence of Mapping
+            Errors of the job, each with ``type`` and ``detail``; none if it was cancelled.
+
+        Returns
+        -------
+        FailedWorkError
+            With kind and message of the first of them.
+        """
+        if not reasons:
+            return cls("cancelled", "the job was cancelled before it had a result")
+        return cls(str(reasons[0]["type"]), str(reasons[0]["detail"]))
+
+    @property
+    def kind(self) -> str:
+        """The kind it was made with."""
+        return self._kind

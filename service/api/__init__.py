@@ -1,1 +1,1 @@
-"""One router a resource, thin: check, blob, rows, commit, dispatch, answer."""
+"""One router a resource. Endpoints are short: check, blob, rows, commit, dispatch, answer."""

@@ -11,8 +11,8 @@ from workers.storage.models import Job
 RETRY_SECONDS = 1
 
 
-def tell_of_job(response: Response, job: Job, *, ended: int = 200) -> None:
-    """Set status and headers of an answer that names a job.
+def describe_job(response: Response, job: Job, *, ended: int = 200) -> None:
+    """Set status and headers of an answer that has a job.
 
     Parameters
     ----------

@@ -6,7 +6,7 @@ from sqlalchemy import update
 from sqlalchemy.exc import IntegrityError
 from sqlalchemy.orm import Session
 
-from service.api.answers import tell_of_job
+from service.api.answers import describe_job
 from service.dependencies import CollectionPath, PageDep, Services, ServicesDep, Wait
 from service.openapi import job_answers, problems
 from service.schemas.collections import (
@@ -111,7 +111,7 @@ def change(
     responses=problems(404, 422),
 )
 def delete(collection: CollectionPath, services: ServicesDep) -> None:
-    """Delete a collection, its shapes and their descriptors; what waits to be computed is not."""
+    """Delete a collection, its shapes and their descriptors; parts that wait are not computed."""
     with services.database.begin() as session:
         collection_id = get_collection(session, collection).id
         delete_collection(session, collection)
@@ -141,7 +141,7 @@ async def move(
     """
     job = await run_in_threadpool(_plan_move, services, collection, body.model)
     job = await hold_on(services.database, job.id, wait)
-    tell_of_job(response, job)
+    describe_job(response, job)
     return JobAccepted(job=answer_job(job))
 
 

@@ -1,4 +1,4 @@
-"""What the search compares: the channels of a shape's descriptor, and those of two."""
+"""What the search compares: channels of a shape's descriptor, and of two shapes."""
 
 from typing import Annotated
 
@@ -6,17 +6,16 @@ from fastapi import APIRouter, Query
 
 from service.dependencies import FilterText, ServicesDep, ShapePath
 from service.openapi import problems
-from service.query_rows import query_vector
 from service.schemas.comparisons import ComparedWith, ComparisonAnswer, answer_comparison
 from service.schemas.shapes import DistributionAnswer, answer_axis
-from service.search.ranking import shape_vector
 from service.security import READS
-from service.subjects import subject_of_shape
 from workers.errors import InvalidRequestError
 from workers.retrieval.comparison import compare
 from workers.retrieval.model import Entry, Model
 from workers.storage.queries import get_query
+from workers.storage.stored_meshes import mesh_of_shape
 from workers.storage.trained_models import load_model
+from workers.storage.vectors import query_vector, shape_vector
 
 router = APIRouter(prefix="/v1/shapes/{shape_id}", tags=["shapes"])
 
@@ -35,8 +34,8 @@ def distribution(
 ) -> DistributionAnswer:
     """Show what the search compares: by default the first channel of the collection's model."""
     with services.database.read() as session:
-        subject = subject_of_shape(session, shape_id)
-        chosen = load_model(session, subject.model if model is None else model)
+        own = mesh_of_shape(session, shape_id).model
+        chosen = load_model(session, own if model is None else model)
         vector = shape_vector(session, shape_id, chosen.name)
     described = _channel(chosen, channel)
     return DistributionAnswer(
@@ -60,31 +59,32 @@ def comparison(
     shape_id: ShapePath,
     services: ServicesDep,
     other: Annotated[
-        FilterText, Query(alias="shape_id", description="the stored shape that was asked with")
+        FilterText, Query(alias="shape_id", description="the query, where it is a stored shape")
     ] = None,
     query_id: Annotated[
-        FilterText, Query(description="or else the query; give exactly one of both")
+        FilterText,
+        Query(description="the query, where it is a stored query; give exactly one of both"),
     ] = None,
     model: Annotated[
         FilterText, Query(description="the query's own, or else the collection's, if left out")
     ] = None,
     dissimilarity: Annotated[
         FilterText,
-        Query(description="as in the question; that of the query, under its model, if left out"),
+        Query(description="as in the query; if left out, that of the query under its model"),
     ] = None,
 ) -> ComparisonAnswer:
     """Take the distance of a match apart: what each channel compared, and what it adds.
 
-    The distance is the one in the answer of a query. Where the model has points, they are looked
-    for as on the first hundred of an answer (on all behind, an answer counts them as not found);
-    they do not count under another dissimilarity than the model's own.
+    The distance is the one in the answer of a query. A model with points compares them on the first
+    hundred shapes of an answer only, and counts them as not found on all others. Here they are
+    always compared. Under another dissimilarity than the model's own they do not count.
     """
     if (other is None) == (query_id is None):
         raise InvalidRequestError("give exactly one of shape_id and query_id")
     with services.database.read() as session:
-        subject = subject_of_shape(session, shape_id)
+        stored = mesh_of_shape(session, shape_id)
         query = None if query_id is None else get_query(session, query_id)
-        own = subject.model if query is None else query.model
+        own = stored.model if query is None else query.model
         chosen = load_model(session, own if model is None else model)
         if dissimilarity is None and query is not None and chosen.name == query.model:
             dissimilarity = query.parameters.get("dissimilarity")
@@ -92,11 +92,11 @@ def comparison(
             chosen.check_dissimilarity(dissimilarity)
         match = shape_vector(session, shape_id, chosen.name)
         if query is None:
-            asked = shape_vector(session, other or "", chosen.name)
+            vector = shape_vector(session, other or "", chosen.name)
         else:
-            asked = query_vector(session, query, chosen.name)
+            vector = query_vector(session, query, chosen.name)
     return answer_comparison(
-        compare(asked, match, chosen, dissimilarity=dissimilarity),
+        compare(vector, match, chosen, dissimilarity=dissimilarity),
         chosen,
         shape_id=shape_id,
         asked_with=ComparedWith(shape_id=other, query_id=query_id),

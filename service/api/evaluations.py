@@ -3,7 +3,7 @@
 from fastapi import APIRouter, Response
 from fastapi.concurrency import run_in_threadpool
 
-from service.api.answers import tell_of_job
+from service.api.answers import describe_job
 from service.dependencies import EvaluationPath, FilterText, PageDep, Services, ServicesDep, Wait
 from service.openapi import job_answers, problems
 from service.schemas.evaluations import (
@@ -40,17 +40,17 @@ router = APIRouter(prefix="/v1/evaluations", tags=["evaluations"])
 async def create(
     body: NewEvaluation, services: ServicesDep, response: Response, wait: Wait = 0
 ) -> EvaluationAccepted:
-    """Ask with every transformed shape which of the others is most like it, under each model.
+    """Rank the other shapes for every transformed shape, under each model.
 
-    Queries are the shapes whose `transformation` is set and not `null`, targets all others; where
-    no shape is transformed, each labelled one is a query against the rest. A target is relevant
-    if it has the query's label. The shapes are those of now; those that are not described under a
-    model yet are, but the collection does not follow it, and is searched as before.
+    Queries are the shapes whose `transformation` is set and not `null`; targets are all others. If
+    no shape is transformed, each labelled shape is a query against the rest. A target is relevant
+    if it has the query's label. The evaluation takes the shapes as they are now. Those that are not
+    described under a model yet are described; the collection is searched as before.
     """
     request = EvaluationRequest(body.collection, tuple(body.models), body.dissimilarity)
     evaluation_id, job_id = await run_in_threadpool(_plan, services, request)
     job = await hold_on(services.database, job_id, wait)
-    tell_of_job(response, job, ended=201)
+    describe_job(response, job, ended=201)
     view = await run_in_threadpool(_read, services, evaluation_id)
     evaluation = answer_evaluation(view, with_ranks=True)
     return EvaluationAccepted(evaluation=evaluation, job=answer_job(job))

@@ -58,7 +58,7 @@ def list_all(
     },
 )
 def show(job_id: JobPath, services: ServicesDep, request: Request, response: Response) -> JobAnswer:
-    """Show a job; asked with If-None-Match, answer 304 while nothing has changed."""
+    """Show a job; with If-None-Match, the answer is 304 while nothing has changed."""
     job = read_job(services.database, job_id)
     headers = {"ETag": _tag(job), "Cache-Control": "no-cache"}
     if job.state not in ENDED:
@@ -78,7 +78,7 @@ def show(job_id: JobPath, services: ServicesDep, request: Request, response: Res
     responses=problems(404, 409, 422),
 )
 def cancel(job_id: JobPath, services: ServicesDep) -> JobAnswer:
-    """End a job: what waits is not begun, what runs stores nothing; what is done stays."""
+    """End a job. Parts that wait never start; parts that run store nothing; what is done stays."""
     with services.database.begin() as session:
         job = cancel_job(session, job_id)
     return answer_job(job)

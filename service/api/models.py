@@ -1,9 +1,9 @@
-"""Models: those there are, and the training of others."""
+"""Models: list, show, make, train and delete them."""
 
 from fastapi import APIRouter, Response
 from fastapi.concurrency import run_in_threadpool
 
-from service.api.answers import tell_of_job
+from service.api.answers import describe_job
 from service.dependencies import ModelPath, PageDep, Services, ServicesDep, Wait
 from service.openapi import job_answers, problems
 from service.schemas.jobs import answer_job
@@ -52,22 +52,22 @@ def list_all(page: PageDep, services: ServicesDep) -> PageAnswer[ModelAnswer]:
 async def create(
     body: NewModel, services: ServicesDep, response: Response, wait: Wait = 0
 ) -> ModelAccepted:
-    """Make a model that is ready at once, or have a kernel or a bank of them learned.
+    """Make a model that is ready at once, or learn a kernel or a bank of channels.
 
-    The methods `spline`, `grid` and `heat-time` learn from pairs of shapes, of which one is a
-    transformation of the other: each shape is solved, transformed and solved again, and the kernel
-    is found that changes least under the transformations for what it tells shapes apart.
+    The methods `spline`, `grid` and `heat-time` learn a kernel from pairs of shapes: a shape, and a
+    transformation of it. The spectra of both are computed. The kernel is the one that changes least
+    under the transformations, compared with how far it tells shapes apart.
 
-    The method `bank` learns from shapes and their transformed copies: each is described under many
-    candidate channels, and those are chosen and weighted under which a copy finds its own shape
-    before all others. It needs neither labels nor correspondences.
+    The method `bank` learns from shapes and their transformed copies. Each is described under many
+    candidate channels. Those are chosen and weighted under which a copy finds its own shape first.
+    It needs neither labels nor correspondences.
 
-    What fails is named in the job's errors, and the rest goes on. The same request gives the same
-    model, bit for bit; what was computed before is not computed again.
+    The job's errors name what fails; the rest goes on. The same request gives the same model, bit
+    for bit. What was computed before is not computed again.
     """
     job = await run_in_threadpool(_make, services, body)
     job = await hold_on(services.database, job.id, wait)
-    tell_of_job(response, job, ended=201)
+    describe_job(response, job, ended=201)
     view = await run_in_threadpool(_read, services, body.root.name)
     return ModelAccepted(model=answer_model(view), job=answer_job(job))
 

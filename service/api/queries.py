@@ -1,4 +1,4 @@
-"""Questions: by a stored shape, by a mesh, in batches."""
+"""Queries: by a stored shape, by a mesh, in batches."""
 
 from typing import Annotated
 
@@ -7,7 +7,7 @@ from fastapi.concurrency import run_in_threadpool
 from fastapi.responses import JSONResponse
 from sqlalchemy.orm import Session
 
-from service.api.answers import tell_of_job
+from service.api.answers import describe_job
 from service.dependencies import (
     CollectionPath,
     QueryPath,
@@ -16,17 +16,9 @@ from service.dependencies import (
     UploadFolder,
     Wait,
 )
-from service.errors import failed_work
 from service.forms import read_fields
 from service.multipart import FormLimits, ReceivedFile, ReceivedForm, receive_form
 from service.openapi import LOCATION, form_fields, job_answers, multipart_body, problems
-from service.query_rows import (
-    MeshQuestion,
-    find_question,
-    find_vector,
-    store_answered,
-    store_question,
-)
 from service.received_blobs import keep_received, store_received
 from service.schemas.jobs import answer_job
 from service.schemas.queries import (
@@ -37,19 +29,34 @@ from service.schemas.queries import (
     QueryAccepted,
     QueryResult,
     ShapeQuery,
+    answer_ranking,
 )
 from service.search.indexes import load_search_model
-from service.search.ranking import Question, answer_question, choose_model, shape_vector
+from service.search.queries import SearchQuery
+from service.search.ranking import choose_model, rank_shapes
 from service.security import READS
 from service.waiting import hold_on
-from workers.errors import InvalidMeshError, InvalidRequestError, ModelNotReadyError, ProteusError
+from workers.errors import (
+    FailedWorkError,
+    InvalidMeshError,
+    InvalidRequestError,
+    ModelNotReadyError,
+    ProteusError,
+)
 from workers.geometry.formats.naming import read_name
+from workers.pipeline.query_plan import (
+    MeshQuery,
+    find_same_query,
+    store_described_query,
+    store_query,
+)
 from workers.storage.arrays import vector_from_bytes
 from workers.storage.blobs import mesh_key
 from workers.storage.collections import get_collection
 from workers.storage.jobs import ENDED, get_job
 from workers.storage.models import Collection
 from workers.storage.queries import get_query, keep_query, needs_keeping
+from workers.storage.vectors import find_vector, shape_vector
 
 WAIT_SECONDS = 30
 TEXT_FIELDS = frozenset(MeshQueryForm.model_fields)
@@ -66,7 +73,7 @@ router = APIRouter(prefix="/v1", tags=["search"])
 
 @router.post(
     "/collections/{collection}/query",
-    summary="Ask with a stored shape",
+    summary="Query by a stored shape",
     dependencies=[READS],
     responses=problems(404, 409, 413, 415, 422),
 )
@@ -75,23 +82,23 @@ def query_by_shape(
 ) -> QueryResult:
     """Rank the collection's shapes by their distance from a stored shape."""
     with services.database.read() as session:
-        return _ask(session, services, get_collection(session, collection), body)
+        return _rank(session, services, get_collection(session, collection), body)
 
 
 @router.post(
     "/collections/{collection}/query/batch",
-    summary="Ask up to a hundred questions",
+    summary="Run up to a hundred queries",
     dependencies=[READS],
     responses=problems(404, 409, 413, 415, 422),
 )
 def query_batch(collection: CollectionPath, body: BatchQuery, services: ServicesDep) -> BatchResult:
-    """Answer several questions; if one of them cannot be answered, none is."""
+    """Answer several queries; if one of them cannot be answered, none is."""
     results = []
     with services.database.read() as session:
         row = get_collection(session, collection)
         for position, query in enumerate(body.queries):
             try:
-                results.append(_ask(session, services, row, query))
+                results.append(_rank(session, services, row, query))
             except ProteusError as error:
                 error.locate(f"queries.{position}")
                 raise
@@ -112,7 +119,7 @@ async def _receive(
 
 @router.post(
     "/collections/{collection}/query/mesh",
-    summary="Ask with a mesh",
+    summary="Query by a mesh",
     dependencies=[READS],
     response_model=QueryResult,
     responses=job_answers(
@@ -130,8 +137,8 @@ async def query_by_mesh(
 ) -> QueryResult | Response:
     """Describe a mesh, then rank the collection's shapes by their distance from it.
 
-    A mesh that was asked with or uploaded before is answered at once. The mesh is not added to the
-    collection. The question is kept: `Location` is where it is answered anew.
+    A mesh that was queried or uploaded before is answered at once. The mesh is not added to the
+    collection. The query is kept: `Location` is where it is answered anew.
     """
     query_id, answer = await run_in_threadpool(_accept_mesh, services, collection, form)
     response.headers["Location"] = _place(query_id)
@@ -140,7 +147,7 @@ async def query_by_mesh(
 
 @router.get(
     "/queries/{query_id}",
-    summary="Fetch the answer of a question",
+    summary="Fetch the answer of a query",
     dependencies=[READS],
     response_model=QueryResult,
     responses=job_answers(accepted=QueryAccepted, result=QueryResult)
@@ -156,13 +163,15 @@ async def show(
     return await _answer_when_described(services, query_id, wait)
 
 
-def _ask(
+def _rank(
     session: Session, services: Services, collection: Collection, query: ShapeQuery
 ) -> QueryResult:
-    search = choose_model(session, collection, query)
+    options = query.to_value()
+    search = choose_model(session, collection, options)
     vector = shape_vector(session, query.shape_id, search.model.name)
-    question = Question(vector, AskedWith(shape_id=query.shape_id), query, search)
-    return answer_question(session, services.indexes, collection, question)
+    wanted = SearchQuery(vector, search, options, shape_id=query.shape_id)
+    ranking = rank_shapes(session, services.indexes, collection, wanted)
+    return answer_ranking(ranking, AskedWith(shape_id=query.shape_id))
 
 
 def _accept_mesh(
@@ -172,9 +181,9 @@ def _accept_mesh(
 
     Returns
     -------
-    The question's id, and its answer if the mesh is described already.
+    The query's id, and its answer if the mesh is described already.
     """
-    options = read_fields(MeshQueryForm, form.fields, as_json=frozenset({"filter"}))
+    fields = read_fields(MeshQueryForm, form.fields, as_json=frozenset({"filter"}))
     if not form.files:
         raise InvalidRequestError("the form has no mesh, expected a file named 'mesh'")
     (file,) = form.files
@@ -182,24 +191,23 @@ def _accept_mesh(
         raise InvalidMeshError("the mesh is an empty file")
     with services.database.read() as session:
         collection = get_collection(session, name)
-        search = choose_model(session, collection, options)
-        asked = MeshQuestion(file.sha256, search.model.name, options)
-        known = find_vector(session, asked.sha256, asked.model)
+        search = choose_model(session, collection, fields.to_value())
+        query = MeshQuery(file.sha256, search.model.name, fields.to_parameters())
+        known = find_vector(session, query.sha256, query.model)
         if known is not None:
-            query_id = find_question(session, collection.id, asked)
-            question = Question(
-                vector_from_bytes(known), AskedWith(sha256=asked.sha256), options, search
-            )
-            answer = answer_question(session, services.indexes, collection, question)
+            query_id = find_same_query(session, collection.id, query)
+            wanted = SearchQuery(vector_from_bytes(known), search, fields.to_value())
+            ranking = rank_shapes(session, services.indexes, collection, wanted)
+            answer = answer_ranking(ranking, AskedWith(sha256=query.sha256))
     if known is not None:
-        return _keep(services, query_id) or _remember(services, name, asked, file, known), answer
-    files = {mesh_key(asked.sha256): file.path}
+        return _keep(services, query_id) or _remember(services, name, query, file, known), answer
+    files = {mesh_key(query.sha256): file.path}
     store_received(services.blobs, files)
     with services.database.begin() as session:
-        query_id, parts = store_question(
+        query_id, parts = store_query(
             session,
             get_collection(session, name),
-            asked,
+            query,
             file_name=read_name(file.name).name,
         )
         keep_received(session, services.blobs, files)
@@ -208,20 +216,20 @@ def _accept_mesh(
 
 
 def _remember(
-    services: Services, name: str, asked: MeshQuestion, file: ReceivedFile, known: bytes
+    services: Services, name: str, query: MeshQuery, file: ReceivedFile, known: bytes
 ) -> str:
-    """Store a question that was answered at once, so that its answer can be linked to."""
-    files = {mesh_key(asked.sha256): file.path}
-    if not services.blobs.exists(mesh_key(asked.sha256)):
+    """Store a query that was answered at once, so that its answer can be linked to."""
+    files = {mesh_key(query.sha256): file.path}
+    if not services.blobs.exists(mesh_key(query.sha256)):
         store_received(services.blobs, files)
     with services.database.begin() as session:
-        query_id = store_answered(session, get_collection(session, name), asked, known)
+        query_id = store_described_query(session, get_collection(session, name), query, known)
         keep_received(session, services.blobs, files)
     return query_id
 
 
 def _keep(services: Services, query_id: str | None) -> str | None:
-    """Return the id of a question that is asked again, if it is still there; it is kept anew."""
+    """Return the id of a query that was stored before, if it is still there; it is kept anew."""
     if query_id is None:
         return None
     with services.database.read() as session:
@@ -246,27 +254,27 @@ def _job_of_query(services: Services, query_id: str) -> str | None:
 
 
 def _answer_query(services: Services, query_id: str) -> QueryResult | Response:
-    """Answer a stored question: the ranking, the job it waits for, or the problem it has."""
+    """Answer a stored query: the ranking, the job it waits for, or the problem it has."""
     with services.database.read() as session:
         query = get_query(session, query_id)
         job = None if query.job_id is None else get_job(session, query.job_id)
         known = find_vector(session, query.sha256, query.model)
         if known is not None:
             collection = session.get_one(Collection, query.collection_id)
-            question = Question(
+            wanted = SearchQuery(
                 vector_from_bytes(known),
-                AskedWith(sha256=query.sha256),
-                MeshQueryForm.model_validate(query.parameters),
                 load_search_model(session, query.model),
+                MeshQueryForm.model_validate(query.parameters).to_value(),
             )
-            return answer_question(session, services.indexes, collection, question)
+            ranking = rank_shapes(session, services.indexes, collection, wanted)
+            return answer_ranking(ranking, AskedWith(sha256=query.sha256))
     if job is None or job.state == "succeeded":
         raise ModelNotReadyError(f"the mesh is not described under {query.model!r} any more")
     if job.state in ENDED:
-        raise failed_work(job.errors)
+        raise FailedWorkError.of(job.errors)
     accepted = QueryAccepted(job=answer_job(job), query_id=query_id)
     response = JSONResponse(accepted.model_dump(mode="json"), 202)
-    tell_of_job(response, job)
+    describe_job(response, job)
     response.headers["Location"] = _place(query_id)
     return response
 

@@ -1,4 +1,4 @@
-"""What there is to see of a mesh, of a shape or of a query: itself, its spectrum, k(x,x), φ."""
+"""What can be seen of a shape or a query: the mesh, its spectrum, k(x,x), φ, a picture."""
 
 import hashlib
 from pathlib import PurePosixPath
@@ -12,13 +12,13 @@ from service.openapi import Responses, content, problems
 from service.schemas.shapes import SpectrumAnswer
 from service.search.kernels import OF_MODEL, ChosenKernel, choose_kernel, first_kernel
 from service.security import READS
-from service.subjects import Subject, subject_of_query, subject_of_shape
 from workers.errors import BlobNotFoundError
 from workers.geometry.formats import write
 from workers.geometry.preparation import View
 from workers.pipeline.fields import vertex_eigenfunction, vertex_signature
 from workers.storage.blobs import mesh_key, thumbnail_key
 from workers.storage.solutions import load_cleaned, load_solution
+from workers.storage.stored_meshes import StoredMesh, mesh_of_query, mesh_of_shape
 from workers.storage.trained_models import load_model
 
 MeshFormat = Literal["original", "off", "ply", "obj", "stl", "glb"]
@@ -40,20 +40,20 @@ of_shapes = APIRouter()
 
 def _find_shape(shape_id: ShapePath, services: ServicesDep, request: Request) -> None:
     with services.database.read() as session:
-        request.state.subject = subject_of_shape(session, shape_id)
+        request.state.mesh = mesh_of_shape(session, shape_id)
 
 
 def _find_query(query_id: QueryPath, services: ServicesDep, request: Request) -> None:
     with services.database.read() as session:
-        request.state.subject = subject_of_query(session, query_id)
+        request.state.mesh = mesh_of_query(session, query_id)
 
 
-async def _found(request: Request) -> Subject:
-    subject: Subject = request.state.subject
-    return subject
+async def _found(request: Request) -> StoredMesh:
+    stored: StoredMesh = request.state.mesh
+    return stored
 
 
-SubjectDep = Annotated[Subject, Depends(_found)]
+MeshDep = Annotated[StoredMesh, Depends(_found)]
 
 
 @of_both.get(
@@ -67,36 +67,36 @@ SubjectDep = Annotated[Subject, Depends(_found)]
     },
 )
 def mesh(
-    subject: SubjectDep,
+    stored: MeshDep,
     services: ServicesDep,
     request: Request,
     form: Annotated[MeshFormat, Query(alias="format")] = "original",
 ) -> Response:
     """Fetch the file as it was uploaded, or the cleaned mesh in one of five formats."""
     original = form == "original"
-    tag = f'"{subject.sha256}"'  # each format is a resource of its own, so it says enough
+    tag = f'"{stored.sha256}"'  # each format is a resource of its own, so it says enough
     if is_known(request, tag):
         return not_modified(tag)
     try:
         if original:
-            data = services.blobs.get(mesh_key(subject.sha256))
+            data = services.blobs.get(mesh_key(stored.sha256))
         else:
-            data = write(load_cleaned(services.blobs, subject.sha256), form)
+            data = write(load_cleaned(services.blobs, stored.sha256), form)
     except BlobNotFoundError:
-        raise subject.absence from None
-    kind = subject.format or "" if original else form
-    name = subject.name if original else f"{PurePosixPath(subject.name).stem}.{form}"
+        raise stored.absence from None
+    kind = stored.format or "" if original else form
+    name = stored.name if original else f"{PurePosixPath(stored.name).stem}.{form}"
     return file_response(data, media_type=MEDIA_TYPES.get(kind, BYTES), tag=tag, name=name)
 
 
 @of_both.get("/spectrum", summary="Show the spectrum", responses=problems(404, 409, 422))
-def spectrum(subject: SubjectDep, services: ServicesDep) -> SpectrumAnswer:
+def spectrum(stored: MeshDep, services: ServicesDep) -> SpectrumAnswer:
     """Show the eigenvalues under the first view of the collection's or the query's model."""
-    view = _first_view(services, subject)
+    view = _first_view(services, stored)
     try:
-        solved = load_solution(services.blobs, subject.sha256, view).spectrum
+        solved = load_solution(services.blobs, stored.sha256, view).spectrum
     except BlobNotFoundError:
-        raise subject.absence from None
+        raise stored.absence from None
     return SpectrumAnswer(
         eigenvalues=solved.eigenvalues.tolist(), area=float(solved.area), unit=UNIT
     )
@@ -113,7 +113,7 @@ def spectrum(subject: SubjectDep, services: ServicesDep) -> SpectrumAnswer:
     },
 )
 def signature(
-    subject: SubjectDep,
+    stored: MeshDep,
     services: ServicesDep,
     request: Request,
     kernel: Annotated[
@@ -127,17 +127,15 @@ def signature(
     ] = None,
 ) -> Response:
     """Fetch k(x,x) of a kernel, in 1/area of the file's unit."""
-    view, chosen = _kernel(services, subject.model, kernel)
-    tag = _tag(subject, view, chosen.key)
+    view, chosen = _kernel(services, stored.model, kernel)
+    tag = _tag(stored, view, chosen.key)
     if is_known(request, tag):
         return not_modified(tag)
     try:
-        solved = load_solution(services.blobs, subject.sha256, view).spectrum
-        values = vertex_signature(
-            services.blobs, subject.sha256, view, chosen.in_file_units(solved)
-        )
+        solved = load_solution(services.blobs, stored.sha256, view).spectrum
+        values = vertex_signature(services.blobs, stored.sha256, view, chosen.in_file_units(solved))
     except BlobNotFoundError:
-        raise subject.absence from None
+        raise stored.absence from None
     return file_response(values.astype("<f4").tobytes(), media_type=BYTES, tag=tag)
 
 
@@ -152,7 +150,7 @@ def signature(
     },
 )
 def eigenfunction(
-    subject: SubjectDep,
+    stored: MeshDep,
     services: ServicesDep,
     request: Request,
     number: Annotated[
@@ -164,14 +162,14 @@ def eigenfunction(
 
     ∫φ² over the surface is 1; the sign follows from the mesh.
     """
-    view = _first_view(services, subject)
-    tag = _tag(subject, view, f"eigenfunction {number}")
+    view = _first_view(services, stored)
+    tag = _tag(stored, view, f"eigenfunction {number}")
     if is_known(request, tag):
         return not_modified(tag)
     try:
-        values = vertex_eigenfunction(services.blobs, subject.sha256, view, number)
+        values = vertex_eigenfunction(services.blobs, stored.sha256, view, number)
     except BlobNotFoundError:
-        raise subject.absence from None
+        raise stored.absence from None
     return file_response(values.astype("<f4").tobytes(), media_type=BYTES, tag=tag)
 
 
@@ -185,21 +183,21 @@ def eigenfunction(
         **problems(404, 409, 422),
     },
 )
-def thumbnail(subject: SubjectDep, services: ServicesDep, request: Request) -> Response:
+def thumbnail(stored: MeshDep, services: ServicesDep, request: Request) -> Response:
     """Fetch a shaded picture of the shape; shapes that stand alike are seen from the same side."""
-    tag = f'"{subject.sha256}.png"'
+    tag = f'"{stored.sha256}.png"'
     if is_known(request, tag):
         return not_modified(tag)
     try:
-        data = services.blobs.get(thumbnail_key(subject.sha256))
+        data = services.blobs.get(thumbnail_key(stored.sha256))
     except BlobNotFoundError:
-        raise subject.absence from None
+        raise stored.absence from None
     return file_response(data, media_type="image/png", tag=tag)
 
 
-def _first_view(services: Services, subject: Subject) -> View:
+def _first_view(services: Services, stored: StoredMesh) -> View:
     with services.database.read() as session:
-        return load_model(session, subject.model).views[0]
+        return load_model(session, stored.model).views[0]
 
 
 def _kernel(services: Services, model: str, name: str | None) -> tuple[View, ChosenKernel]:
@@ -210,10 +208,10 @@ def _kernel(services: Services, model: str, name: str | None) -> tuple[View, Cho
         return first_kernel(load_model(session, name.removeprefix(OF_MODEL)))
 
 
-def _tag(subject: Subject, view: View, what: str) -> str:
+def _tag(stored: StoredMesh, view: View, what: str) -> str:
     """ETag of values at the vertices."""
     named = hashlib.sha256(f"{view.key} {what}".encode()).hexdigest()[:16]
-    return f'"{subject.sha256}.{named}"'
+    return f'"{stored.sha256}.{named}"'
 
 
 router = APIRouter()

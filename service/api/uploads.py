@@ -6,7 +6,7 @@ from typing import Annotated
 from fastapi import APIRouter, Depends, Request, Response
 from fastapi.concurrency import run_in_threadpool
 
-from service.api.answers import tell_of_job
+from service.api.answers import describe_job
 from service.dependencies import CollectionPath, Services, ServicesDep, UploadFolder, Wait
 from service.forms import is_archive, read_fields
 from service.multipart import FormLimits, ReceivedFile, ReceivedForm, receive_form
@@ -15,10 +15,10 @@ from service.received_blobs import keep_received, store_received
 from service.schemas.jobs import answer_job
 from service.schemas.shapes import UploadAnswer, UploadFields, answer_shape
 from service.security import WRITES
-from service.upload_rows import Upload, shapes_of_job, store_upload
 from service.waiting import hold_on
 from workers.errors import InvalidRequestError
 from workers.geometry.formats.naming import read_name
+from workers.pipeline.upload_plan import Upload, shapes_of_job, store_upload
 from workers.storage.blobs import archive_key, mesh_key
 from workers.storage.collections import get_collection
 from workers.storage.shapes import NewShape, ShapeView, get_shapes
@@ -78,7 +78,7 @@ async def upload(
     response: Response,
     wait: Wait = 0,
 ) -> UploadAnswer:
-    """Store meshes and have them computed; one that is none fails, and the rest goes on.
+    """Store meshes and compute them. A file that is no mesh fails; the others go on.
 
     A file named `<label>.<transformation>.<strength>.<ending>` says these three; a folder in the
     name, or in a zip, is the label; the field `label` wins. The shapes of a zip appear while the
@@ -87,7 +87,7 @@ async def upload(
     """
     accepted = await run_in_threadpool(_accept, services, collection, form)
     job = await hold_on(services.database, accepted.job_id, wait)
-    tell_of_job(response, job, ended=201 if accepted.anything_new else 200)
+    describe_job(response, job, ended=201 if accepted.anything_new else 200)
     shapes = await run_in_threadpool(_read_shapes, services, accepted)
     return UploadAnswer(job=answer_job(job), shapes=[answer_shape(view) for view in shapes])
 

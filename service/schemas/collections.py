@@ -21,7 +21,7 @@ Description = Annotated[Text, StringConstraints(max_length=2000)]
 
 
 class NewCollection(Body):
-    """A collection that is to be made."""
+    """A new collection."""
 
     model_config = ConfigDict(
         json_schema_extra={

@@ -15,7 +15,7 @@ COPIED = ("name", "view", "kernel", "feature", "normalisation", "scale", "weight
 
 
 class ComparedWith(Answer):
-    """What was asked with: a stored shape, or a stored query."""
+    """The query: a stored shape, or a stored query by mesh."""
 
     shape_id: str | None = None
     query_id: str | None = None
@@ -38,11 +38,11 @@ class ChannelComparison(Answer):
     )
     axis: DistributionAxis
     values: list[float] = Field(description="of the match")
-    asked_values: list[float] = Field(description="of what was asked with")
+    asked_values: list[float] = Field(description="of the query")
 
 
 class ComparisonAnswer(Answer):
-    """Why a shape matches: the distance, and the channels whose shares it is the sum of."""
+    """Why a shape matches: the distance, and each channel's share of it."""
 
     model_config = ConfigDict(
         json_schema_extra={

@@ -85,7 +85,7 @@ ByModel = dict[str, float]
 
 
 class NewEvaluation(Body):
-    """Models that are to be measured on a collection."""
+    """Models to measure on a collection."""
 
     model_config = ConfigDict(
         json_schema_extra={
@@ -124,7 +124,7 @@ class Interval(Answer):
 
 
 class Differences(Answer):
-    """How far a model is above the first one, paired: both on the same resamplings."""
+    """How much better a model is than the first one, on the same resamplings of labels."""
 
     mean_of_rows: Interval | None = None
     mean_average_precision: Interval
@@ -142,7 +142,7 @@ class Measures(Answer):
 
 
 class SkippedShape(Answer):
-    """A shape that was not asked with."""
+    """A shape that was no query."""
 
     id: str
     name: str
@@ -162,7 +162,7 @@ class Skipped(Answer):
 class QueryRank(Answer):
     """What a query found under a model."""
 
-    query: str = Field(description="id of the shape that was asked with")
+    query: str = Field(description="id of the query's shape")
     model: str
     rank: int = Field(description="of the first relevant target, from 1")
     top: list[str] = Field(description="ids of the first ten targets")
@@ -245,7 +245,7 @@ class EvaluationAccepted(Answer):
 
 
 def answer_evaluation(view: EvaluationView, *, with_ranks: bool) -> EvaluationAnswer:
-    """Convert a row; without its ranks they are not read."""
+    """Convert a row; ranks are read only if they are wanted."""
     ranks: list[Any] = (view.row.ranks or []) if with_ranks else []
     return EvaluationAnswer.model_validate(
         {

@@ -51,7 +51,7 @@ class JobError(Answer):
 
 
 class JobAnswer(Answer):
-    """Long work."""
+    """Work that takes longer than a request, in parts."""
 
     model_config = ConfigDict(json_schema_extra={"examples": [JOB_EXAMPLE]})
 
@@ -69,7 +69,7 @@ class JobAnswer(Answer):
 
 
 class JobAccepted(Answer):
-    """The job that was made, or is at work already."""
+    """The new job, or the one that does this already."""
 
     model_config = ConfigDict(json_schema_extra={"examples": [{"job": JOB_EXAMPLE}]})
 

@@ -27,5 +27,5 @@ class Problem(Answer):
     title: str = Field(description="the kind in words")
     status: int = Field(description="HTTP status")
     detail: str = Field(description="what was found and what was expected")
-    instance: str = Field(description="the path that was asked for")
+    instance: str = Field(description="path of the request")
     request_id: str = Field(description="the answer's X-Request-ID, also in the service's log")

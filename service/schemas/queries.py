@@ -1,4 +1,4 @@
-"""Bodies of questions and their answers."""
+"""Bodies of queries and their answers."""
 
 from typing import Annotated, Any
 
@@ -8,8 +8,10 @@ from pydantic.json_schema import SkipJsonSchema
 
 from service.schemas.collections import ModelName
 from service.schemas.jobs import JOB_EXAMPLE, JobAnswer
-from service.schemas.shapes import SHAPE_EXAMPLE, ShapeAnswer
+from service.schemas.shapes import SHAPE_EXAMPLE, ShapeAnswer, answer_shape
 from service.schemas.text import Answer, Body, Text
+from service.search import filters
+from service.search.queries import Ranking, SearchOptions
 
 FIELD_PATTERN = r"^(label|name|transformation|strength|metadata(\.[^.]{1,100}){1,8})$"
 FILTER_EXAMPLE: JsonDict = {
@@ -72,6 +74,10 @@ class Range(Body):
             raise ValueError("the bounds of a range must be all numbers or all texts")
         return self
 
+    def to_value(self) -> filters.Range:
+        """Return the bounds as the search takes them."""
+        return filters.Range(gt=self.gt, gte=self.gte, lt=self.lt, lte=self.lte)
+
 
 class Condition(Body):
     """One test of one field: give exactly one of `equals`, `in` and `range`.
@@ -99,6 +105,13 @@ class Condition(Body):
             raise ValueError("give exactly one of equals, in and range")
         return self
 
+    def to_value(self) -> filters.Condition:
+        """Return the condition as the search takes it."""
+        if self.range is not None:
+            return filters.Condition(self.field, self.range.to_value())
+        allowed = [self.equals] if self.one_of is None else self.one_of
+        return filters.Condition(self.field, tuple(allowed))
+
 
 Conditions = Annotated[list[Condition], Field(max_length=100)]
 
@@ -112,13 +125,15 @@ class Filter(Body):
     must_not: Conditions = Field(default_factory=list)
     should: Conditions = Field(default_factory=list)
 
-    def as_parameters(self) -> dict[str, Any]:
-        """JSON from which the same filter can be made again."""
-        return self.model_dump(by_alias=True, exclude_unset=True)
+    def to_value(self) -> filters.Filter:
+        """Return the filter as the search takes it."""
+        groups = (self.must, self.must_not, self.should)
+        must, must_not, should = (tuple(one.to_value() for one in group) for group in groups)
+        return filters.Filter(must, must_not, should)
 
 
 class QueryOptions(Body):
-    """How to search, whatever is asked with."""
+    """How to search, whatever the query is."""
 
     limit: int = Field(10, ge=1, le=1000, description="at most so many matches")
     model: ModelName | None = Field(
@@ -131,9 +146,20 @@ class QueryOptions(Body):
     filter: Filter | None = None
     include_self: bool = Field(False, description="whether a stored shape may find itself")
 
+    def to_value(self) -> SearchOptions:
+        """Return the options as the search takes them."""
+        return SearchOptions(
+            limit=self.limit,
+            model=self.model,
+            dissimilarity=self.dissimilarity,
+            max_distance=self.max_distance,
+            filter=None if self.filter is None else self.filter.to_value(),
+            include_self=self.include_self,
+        )
+
 
 class ShapeQuery(QueryOptions):
-    """A question asked with a stored shape, of this collection or another."""
+    """A query by a stored shape, of this collection or another."""
 
     model_config = ConfigDict(
         json_schema_extra={
@@ -155,9 +181,13 @@ class ShapeQuery(QueryOptions):
 class MeshQueryForm(QueryOptions):
     """Form fields that may go with a mesh; `filter` is JSON."""
 
+    def to_parameters(self) -> dict[str, Any]:
+        """Return the fields that were given as JSON, from which the same form can be made again."""
+        return self.model_dump(mode="json", by_alias=True, exclude_unset=True)
+
 
 class BatchQuery(Body):
-    """Up to a hundred questions, answered in order."""
+    """Up to a hundred queries, answered in order."""
 
     model_config = ConfigDict(
         json_schema_extra={"examples": [{"queries": [{"shape_id": SHAPE_EXAMPLE["id"]}]}]}
@@ -167,7 +197,7 @@ class BatchQuery(Body):
 
 
 class AskedWith(Answer):
-    """What was asked with: a stored shape, or a mesh by its content."""
+    """The query: a stored shape, or a mesh by its content."""
 
     shape_id: str | None = None
     sha256: str | None = None
@@ -194,9 +224,9 @@ QUERY_RESULT_EXAMPLE: JsonDict = {
 
 
 class QueryResult(Answer):
-    """The shapes most like what was asked with, the nearest first.
+    """The shapes most like the query, the nearest first.
 
-    The same question has the same answer, bit for bit, on any replica.
+    The same query has the same answer, bit for bit, on any replica.
     """
 
     model_config = ConfigDict(json_schema_extra={"examples": [QUERY_RESULT_EXAMPLE]})
@@ -211,7 +241,7 @@ class QueryResult(Answer):
 
 
 class BatchResult(Answer):
-    """One result a question, in the order of the questions."""
+    """One result a query, in the order of the queries."""
 
     model_config = ConfigDict(json_schema_extra={"examples": [{"results": [QUERY_RESULT_EXAMPLE]}]})
 
@@ -234,3 +264,24 @@ class QueryAccepted(Answer):
 
     job: JobAnswer
     query_id: str
+
+
+def answer_ranking(ranking: Ranking, query: AskedWith) -> QueryResult:
+    """Convert what a search found."""
+    return QueryResult(
+        collection=ranking.collection,
+        model=ranking.model,
+        dissimilarity=ranking.dissimilarity,
+        query=query,
+        matches=[
+            Match(
+                rank=rank,
+                distance=match.distance,
+                similarity=match.similarity,
+                shape=answer_shape(match.shape),
+            )
+            for rank, match in enumerate(ranking.matches, start=1)
+        ],
+        searched=ranking.searched,
+        took_ms=round(1000 * ranking.seconds, 3),
+    )

@@ -52,7 +52,7 @@ class ShapeError(Answer):
 
 
 class ShapeAnswer(Answer):
-    """A mesh in a collection, and what was found out about it."""
+    """A mesh in a collection, and what was computed of it."""
 
     model_config = ConfigDict(json_schema_extra={"examples": [SHAPE_EXAMPLE]})
 
@@ -96,7 +96,7 @@ class UploadFields(Body):
 
 
 class UploadAnswer(Answer):
-    """The job that computes an upload, and its shapes; those of a zip appear as it goes on."""
+    """The job that computes an upload, and its shapes. Shapes of a zip appear during the job."""
 
     model_config = ConfigDict(
         json_schema_extra={

@@ -18,7 +18,7 @@ MAX_METADATA_DEPTH = 16
 
 
 class Body(BaseModel):
-    """A request body: unknown fields are refused, so that a slip is not passed over.
+    """A request body: unknown fields are refused, so that a misspelt one is noticed.
 
     A value has the type that the document says: no text or truth value stands for a number.
     """

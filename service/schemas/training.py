@@ -1,4 +1,4 @@
-"""Bodies of models that are to be made."""
+"""Bodies of requests that make a model."""
 
 from dataclasses import replace
 from typing import Annotated, Literal
@@ -17,7 +17,7 @@ from service.schemas.collections import CollectionName
 from service.schemas.jobs import JOB_EXAMPLE, JobAnswer
 from service.schemas.models import MODEL_EXAMPLE, ModelAnswer
 from service.schemas.text import Answer, Body, Text
-from workers.geometry.preparation import VIEW_NAMES
+from workers.geometry.preparation import DETAILED_EIGENPAIRS, LONGEST_LOOP, VIEW_NAMES
 from workers.pipeline.bank_plan import DEFAULT_CREATURES
 from workers.pipeline.training_plan import MOST_CREATURES, MOST_SHAPES, TrainingRequest
 from workers.retrieval.builtin import HEAT_TIME, SHAPE_DNA_EIGENVALUES
@@ -33,9 +33,14 @@ Transformation = Annotated[Text, StringConstraints(max_length=40)]
 
 
 class ViewParameters(Body):
-    """How shapes are prepared: with compact holes closed, or as they are."""
+    """How shapes are prepared before their spectrum is computed."""
 
-    view: Literal["closed", "open"] = "closed"
+    view: Literal["closed", "open"] = Field(
+        "closed",
+        description="`closed` fills every boundary loop whose length p has p²/area at most "
+        f"{LONGEST_LOOP:g}, and glues the mirror image on a mesh with a longer one; `open` does "
+        "neither",
+    )
 
 
 class HeatParameters(ViewParameters):
@@ -46,7 +51,7 @@ class HeatParameters(ViewParameters):
 
 
 class CommuteTimeParameters(ViewParameters):
-    """K²(λ) = 1/λ; its distances are the same in every unit."""
+    """K²(λ) = 1/λ; its distances have no unit, so the unit changes no ranking."""
 
     unit: Unit = Field("area", description=UNIT)
 
@@ -58,18 +63,19 @@ class ShapeDnaParameters(ViewParameters):
 
 
 class LearningParameters(ViewParameters):
-    """What every learned kernel has."""
+    """What all methods have that learn one kernel."""
 
     criterion: Literal["kernel", "distance"] = Field(
         DEFAULTS.criterion,  # type: ignore[arg-type]
-        description="what changes least: k(x,x') as in eq. (7), or d²(x,x')",
+        description="what should change least under the transformations: k(x,x'), eq. (7), or "
+        "d²(x,x')",
     )
     unit: Unit = Field(DEFAULTS.unit, description=UNIT)  # type: ignore[arg-type]
     margin: float = Field(
         DEFAULTS.margin,
         ge=1,
         le=100,
-        description="how far beyond the range learned from K² goes on",
+        description="K² goes on by this factor beyond the eigenvalues learned from",
     )
 
 
@@ -80,37 +86,40 @@ class SplineParameters(LearningParameters):
         DEFAULTS.splines,
         ge=4,
         le=500,
-        description="how many, q; if left out, as many as put their knots a factor e apart",
+        description="how many, q; by default so many that knots are a factor e apart",
     )
     smoothness: float = Field(
         DEFAULTS.smoothness, ge=0, le=1e6, description="η as a share of trace(P)/trace(R)"
     )
     nonnegative: bool = Field(
-        DEFAULTS.nonnegative, description="false: the closed form, put to 0 where it is negative"
+        DEFAULTS.nonnegative,
+        description="true: K² is at least 0 by its coefficients; false: the closed form of eq. "
+        "(13), set to 0 where it is negative",
     )
 
 
 class GridParameters(LearningParameters):
-    """K² on a grid γ in ln λ, eq. (10)."""
+    """K² at the points of a grid in ln λ, eq. (10)."""
 
     points: int = Field(DEFAULTS.points, ge=2, le=500, description="of the grid, r")
     interpolation: Literal["nearest", "linear"] = DEFAULTS.interpolation  # type: ignore[assignment]
 
 
 class BankParameters(Body):
-    """Several channels of ln k(x,x), fused by Σ w (D/s)^p."""
+    """Channels chosen among kernels, eigenvalues, points and area, fused by Σ w (D/s)^p."""
 
     views: list[Literal["closed", "open", "smooth", "smooth-open", "detailed"]] = Field(
         list(DEFAULT_VIEWS),  # type: ignore[arg-type]
         min_length=1,
         max_length=len(VIEW_NAMES),
         json_schema_extra={"uniqueItems": True},
-        description="how shapes are prepared: with compact holes closed or not, smoothed or not, "
-        "or (detailed) closed with 200 eigenpairs instead of 100; "
-        "every candidate channel is tried under each, and a view that no channel needs is dropped",
+        description="how shapes are prepared: `closed` and `open` as for one kernel, `smooth` and "
+        "`smooth-open` the same smoothed, `detailed` as `closed` with "
+        f"{DETAILED_EIGENPAIRS} eigenpairs instead of 100. Every candidate channel is tried under "
+        "each; a view that no channel needs is dropped",
     )
     power: float = Field(POWER, gt=0, le=1, description="p; at most 1 keeps the sum a metric")
-    channels: int = Field(MOST_CHANNELS, ge=4, le=200, description="at most so many are kept")
+    channels: int = Field(MOST_CHANNELS, ge=4, le=200, description="at most so many are chosen")
 
     @field_validator("views")
     @classmethod
@@ -121,24 +130,24 @@ class BankParameters(Body):
 
 
 class Training(Body):
-    """From what to learn; all choices are made by the seed, nothing is random."""
+    """What to learn from; the seed decides every choice, so the same request learns the same."""
 
     collection: CollectionName | None = Field(
-        None, description="whose shapes are learned from; procedural creatures if left out"
+        None, description="learn from its shapes; from procedural creatures if left out"
     )
     transformations: list[Transformation] = Field(
         default_factory=list,
         max_length=100,
-        description=f"each is applied to every shape: {', '.join(TRANSFORMATIONS)}; none with "
-        "`vertex-order`",
+        description=f"each is applied to every shape: {', '.join(TRANSFORMATIONS)}; leave them "
+        "out with `vertex-order`",
     )
     strengths: list[Annotated[int, Field(ge=min(STRENGTHS), le=max(STRENGTHS))]] | None = Field(
         None, min_length=1, max_length=100, description="of each transformation; all if left out"
     )
     correspondence: Literal["simulated", "vertex-order"] = Field(
         "simulated",
-        description="`vertex-order`: shapes of one label share their vertices' order, and are each "
-        "other's transformations",
+        description="`simulated`: transformations are applied here; `vertex-order`: shapes of one "
+        "label have the same vertices in the same order, each a transformation of the others",
     )
     seed: int = Field(0, ge=0, le=2**31 - 1)
     shapes: int | None = Field(
@@ -156,7 +165,7 @@ class Training(Body):
         return self
 
     def to_request(self) -> TrainingRequest:
-        """Return what the plan is made from."""
+        """Return the request as the planning of the training takes it."""
         return TrainingRequest(
             collection=self.collection,
             transformations=tuple(self.transformations),
@@ -168,18 +177,18 @@ class Training(Body):
 
 
 class BankTraining(Training):
-    """From what a bank learns: creatures, a collection, or both; it needs no correspondences."""
+    """What a bank learns from: creatures, a collection, or both; it needs no correspondences."""
 
     creatures: int | None = Field(
         None,
         ge=0,
         le=1000,
         description="so many procedural creatures, beside the shapes of a collection or alone; "
-        f"none with a collection and {DEFAULT_CREATURES} without one if left out",
+        f"if left out, none with a collection and {DEFAULT_CREATURES} without one",
     )
 
     def to_request(self) -> TrainingRequest:
-        """Return what the plan is made from."""
+        """Return the request as the planning of the training takes it."""
         return replace(super().to_request(), creatures=self.creatures)
 
 
@@ -210,7 +219,7 @@ class NewBiharmonic(_Untrained):
 
 
 class NewShapeDna(_Untrained):
-    """Eigenvalues themselves."""
+    """The eigenvalues themselves, as in ShapeDNA."""
 
     method: Literal["shape-dna"]
     parameters: ShapeDnaParameters = Field(default_factory=ShapeDnaParameters)
@@ -222,7 +231,7 @@ class _Trained(Body):
 
 
 class NewHeatTime(_Trained):
-    """The heat kernel at the time that is best by the criterion."""
+    """The heat kernel at the time that minimises the criterion."""
 
     method: Literal["heat-time"]
     parameters: LearningParameters = Field(default_factory=LearningParameters)
@@ -243,7 +252,7 @@ class NewGrid(_Trained):
 
 
 class NewBank(_Trained):
-    """Channels chosen and weighted so that a copy finds its own shape before all others."""
+    """Channels chosen and weighted so that a changed copy finds its own shape first."""
 
     method: Literal["bank"]
     parameters: BankParameters = Field(default_factory=BankParameters)
@@ -285,7 +294,7 @@ NEW_MODEL_EXAMPLES: list[JsonDict] = [
 
 
 class NewModel(RootModel[Annotated[Untrained | Learned | NewBank, Field(discriminator="method")]]):
-    """A model that is to be made; those with nothing to learn are ready at once."""
+    """A model to make; one with nothing to learn is ready at once."""
 
     model_config = ConfigDict(json_schema_extra={"examples": list(NEW_MODEL_EXAMPLES)})
 

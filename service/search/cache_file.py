@@ -1,8 +1,9 @@
 """A search index as a file: a copy of rows of the database that can be made again at any time.
 
-Layout: 8 bytes of magic, the length of the header (8 bytes, little-endian), the header (JSON),
-padding to a page, ids of 36 bytes, padding to a page, rows of little-endian float32, and a hole
-for rows to come. The mapping is private: what is added later never reaches the file.
+Layout: 8 bytes that say what it is; the length of the header (8 bytes, little-endian); the header
+(JSON); ids of 36 bytes each; rows of little-endian float32; empty room for more rows. Ids and rows
+start at a page. The mapping is private: what is added later never reaches the file. Decision 24
+says why this is no ``.npy`` file.
 
 A file is written under another name and then renamed into place. It must never be written to:
 a process that has mapped a file dies when the file becomes shorter.
@@ -31,7 +32,7 @@ BLOCK = 1 << 24
 
 @dataclass(frozen=True)
 class Identity:
-    """What an index is of; `fingerprint` stands for all that its model's descriptors depend on."""
+    """Which index it is; ``fingerprint`` stands for all that the model's descriptors depend on."""
 
     collection_id: str
     model: str
@@ -75,6 +76,10 @@ def write_cache(
 
     Parameters
     ----------
+    path : Path
+        Where; a file that is there is replaced.
+    identity : Identity
+        Which index it is.
     ids, matrix : n str and (n, d) float32
         The rows.
     number : int
@@ -115,7 +120,20 @@ def write_cache(
 
 
 def read_cache(path: Path, identity: Identity) -> Cached | None:
-    """Open a cache file; None if there is none, or it is damaged or of something else."""
+    """Open a cache file.
+
+    Parameters
+    ----------
+    path : Path
+        Where it is.
+    identity : Identity
+        Which index it should be.
+
+    Returns
+    -------
+    Cached or None
+        What it holds; None if it is missing, damaged, or of another index.
+    """
     with contextlib.suppress(OSError, ValueError, KeyError, TypeError):
         return _read(path, identity)
     return None

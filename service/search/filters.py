@@ -6,21 +6,86 @@ that are read.
 """
 
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from typing import Any
 
 from sqlalchemy import ColumnElement, select
 from sqlalchemy.orm import Session
 
-from service.schemas.queries import Condition, Filter, Range
 from workers.storage.models import Shape
 
 COLUMNS = ("label", "name", "transformation", "strength")
+Scalar = bool | int | float | str | None
 Fields = Mapping[str, Any]
 """A shape's label, name, transformation, strength and metadata."""
 
 
+@dataclass(frozen=True)
+class Range:
+    """Bounds of a value, all numbers or all texts; None where there is no bound.
+
+    Attributes
+    ----------
+    gt, gte : float, str or None
+        The value is above the first, and at least the second.
+    lt, lte : float, str or None
+        The value is below the first, and at most the second.
+    """
+
+    gt: float | str | None = None
+    gte: float | str | None = None
+    lt: float | str | None = None
+    lte: float | str | None = None
+
+
+@dataclass(frozen=True)
+class Condition:
+    """A test of one field.
+
+    Attributes
+    ----------
+    field : str
+        label, name, transformation, strength, or keys of the metadata: ``metadata.KEY.KEY``.
+    allowed : tuple of Scalar, or Range
+        The values that pass. A missing field has the value None.
+    """
+
+    field: str
+    allowed: tuple[Scalar, ...] | Range
+
+
+@dataclass(frozen=True)
+class Filter:
+    """Which shapes pass: under all of ``must``, none of ``must_not``, one of ``should`` if any.
+
+    Attributes
+    ----------
+    must, must_not, should : tuple of Condition
+        The conditions; an empty filter lets every shape pass.
+    """
+
+    must: tuple[Condition, ...] = ()
+    must_not: tuple[Condition, ...] = ()
+    should: tuple[Condition, ...] = ()
+
+
 def matching_shapes(session: Session, collection_id: str, wanted: Filter) -> set[str]:
-    """Ids of the collection's shapes that pass."""
+    """Find the shapes of a collection that pass a filter.
+
+    Parameters
+    ----------
+    session : Session
+        That reads.
+    collection_id : str
+        Of the collection.
+    wanted : Filter
+        The filter.
+
+    Returns
+    -------
+    set of str
+        Ids of the shapes.
+    """
     conditions = [*wanted.must, *wanted.must_not, *wanted.should]
     columns = [getattr(Shape, name) for name in COLUMNS]
     if any(condition.field.startswith("metadata.") for condition in conditions):
@@ -39,7 +104,20 @@ def matching_shapes(session: Session, collection_id: str, wanted: Filter) -> set
 
 
 def passes(wanted: Filter, fields: Fields) -> bool:
-    """Whether a shape with these fields passes."""
+    """Decide whether a shape passes.
+
+    Parameters
+    ----------
+    wanted : Filter
+        The filter.
+    fields : Mapping
+        The shape's label, name, transformation, strength and metadata.
+
+    Returns
+    -------
+    bool
+        True where it passes.
+    """
     if not all(holds(condition, fields) for condition in wanted.must):
         return False
     if any(holds(condition, fields) for condition in wanted.must_not):
@@ -48,7 +126,20 @@ def passes(wanted: Filter, fields: Fields) -> bool:
 
 
 def holds(condition: Condition, fields: Fields) -> bool:
-    """Whether one condition holds; of a list, one item suffices."""
+    """Decide whether one condition holds.
+
+    Parameters
+    ----------
+    condition : Condition
+        The condition.
+    fields : Mapping
+        The shape's label, name, transformation, strength and metadata.
+
+    Returns
+    -------
+    bool
+        True where it holds; for a field with a list, where it holds for one item.
+    """
     value = _look_up(condition.field, fields)
     values = value if isinstance(value, list) else [value]
     test = _test(condition)
@@ -65,11 +156,10 @@ def _look_up(field: str, fields: Fields) -> object:
 
 
 def _test(condition: Condition) -> Callable[[object], bool]:
-    if condition.range is not None:
-        bounds = condition.range
-        return lambda value: _within(bounds, value)
-    wanted = condition.one_of if condition.one_of is not None else [condition.equals]
-    keys = {_key(value) for value in wanted}
+    allowed = condition.allowed
+    if isinstance(allowed, Range):
+        return lambda value: _within(allowed, value)
+    keys = {_key(value) for value in allowed}
     return lambda value: not isinstance(value, (dict, list)) and _key(value) in keys
 
 
@@ -98,10 +188,10 @@ def _within(bounds: Range, value: object) -> bool:
 
 
 def _narrowing(condition: Condition) -> ColumnElement[bool] | None:
-    """SQL that is true wherever the condition holds, None where there is none to be had."""
-    if condition.field not in COLUMNS or condition.range is not None:
+    """Return SQL that is true wherever the condition holds; None where there is no such SQL."""
+    values = condition.allowed
+    if condition.field not in COLUMNS or isinstance(values, Range):
         return None
-    values = condition.one_of if condition.one_of is not None else [condition.equals]
     column = getattr(Shape, condition.field)
     if condition.field == "strength":
         usable = all(_is_small_integer(value) for value in values)

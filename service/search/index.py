@@ -8,7 +8,7 @@ What a snapshot shares with the index never changes below the snapshot's n rows:
 
 - the matrix and the list of ids are only appended to, and replaced when rows are removed;
 - the mask is replaced at every change;
-- ``ShapeRows`` is only added to, and is asked for rows below n.
+- ``ShapeRows`` is only added to, and a snapshot looks only at rows below n.
 """
 
 import contextlib
@@ -83,7 +83,18 @@ class Snapshot:
         return np.arange(len(self.matrix)) if self.alive is None else np.flatnonzero(self.alive)
 
     def rows_of(self, shape_ids: Iterable[str]) -> IntArray:
-        """Rows of those of these shapes that are in it, ascending."""
+        """Return the rows of some shapes.
+
+        Parameters
+        ----------
+        shape_ids : iterable of str
+            The shapes; those that are not in the snapshot are left out.
+
+        Returns
+        -------
+        (m,) int64
+            Rows that count, ascending.
+        """
         below = len(self.matrix)
         found = (self.shape_rows.newest(shape_id, below=below) for shape_id in shape_ids)
         rows = np.array(sorted(row for row in found if row is not None), dtype=np.int64)
@@ -133,7 +144,13 @@ class SearchIndex:
         return self._n - self._n_dead
 
     def snapshot(self) -> Snapshot:
-        """Bring the index up to date and return it as it is then."""
+        """Bring the index up to date.
+
+        Returns
+        -------
+        Snapshot
+            The index as it is then.
+        """
         with self._lock:
             with self._database.read() as session:
                 if not self._loaded:
@@ -292,7 +309,18 @@ class SearchIndex:
 
 
 def latest_change(session: Session) -> int:
-    """Return the number of the newest change of any index."""
+    """Return the number of the newest change of any index.
+
+    Parameters
+    ----------
+    session : Session
+        That reads.
+
+    Returns
+    -------
+    int
+        The number; 0 before the first change.
+    """
     return session.scalar(select(Counter.value).where(Counter.name == CHANGE)) or 0
 
 

@@ -1,4 +1,4 @@
-"""All search indexes of this process: the least recently asked go when memory runs out."""
+"""All search indexes of this process: the least recently used are dropped when memory runs out."""
 
 import contextlib
 import threading
@@ -28,7 +28,7 @@ Key = tuple[str, str]
 
 @dataclass(frozen=True)
 class SearchModel:
-    """A model to search under, and what tells it from another that had its name."""
+    """A model to search under; the fingerprint tells it from another that had its name."""
 
     model: Model
     fingerprint: str
@@ -36,6 +36,18 @@ class SearchModel:
 
 def load_search_model(session: Session, name: str) -> SearchModel:
     """Return a model that is ready to search under.
+
+    Parameters
+    ----------
+    session : Session
+        That reads.
+    name : str
+        Of the model.
+
+    Returns
+    -------
+    SearchModel
+        The model and its fingerprint.
 
     Raises
     ------
@@ -55,7 +67,7 @@ class SearchIndexes:
     folder : Path
         For cache files.
     max_bytes : int
-        Of memory for all of them together; the one that is asked stays in any case.
+        Memory for all of them together; the one that is searched stays in any case.
     """
 
     def __init__(self, database: Database, folder: Path, *, max_bytes: int = MAX_BYTES) -> None:
@@ -100,12 +112,24 @@ class SearchIndexes:
         return snapshot
 
     def forget_collection(self, collection_id: str) -> None:
-        """Drop the indexes of a collection that was deleted, and their files."""
+        """Drop the indexes of a collection that was deleted, and their files.
+
+        Parameters
+        ----------
+        collection_id : str
+            Of the collection; call it after the deletion was committed.
+        """
         self._forget(lambda key: key[0] == collection_id)
         self._remove_files(collection_id, None)
 
     def forget_model(self, name: str) -> None:
-        """Drop the indexes under a model that was deleted, and their files."""
+        """Drop the indexes under a model that was deleted, and their files.
+
+        Parameters
+        ----------
+        name : str
+            Of the model; call it after the deletion was committed.
+        """
         self._forget(lambda key: key[1] == name)
         self._remove_files(None, name)
 
@@ -132,7 +156,13 @@ class SearchIndexes:
                     _remove(path)
 
     def sizes(self) -> dict[Key, tuple[int, int]]:
-        """Rows and bytes of the open indexes by collection id and model."""
+        """Measure the open indexes.
+
+        Returns
+        -------
+        dict
+            Rows and bytes by collection id and model's name.
+        """
         with self._lock:
             return {key: (index.n_rows, index.n_bytes) for key, index in self._indexes.items()}
 
@@ -145,7 +175,7 @@ class SearchIndexes:
             index.save()
 
     def _evict(self) -> None:
-        """Drop the least recently asked until the rest fits."""
+        """Drop the least recently used until the rest fits."""
         evicted: list[tuple[Key, SearchIndex]] = []
         with self._lock:
             total = sum(index.n_bytes for index in self._indexes.values())

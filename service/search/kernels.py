@@ -28,7 +28,7 @@ OF_MODEL = "model:"
 
 @dataclass(frozen=True)
 class RescaledKernel:
-    """A kernel of normalised eigenvalues, as one of eigenvalues in the file's unit.
+    """A kernel of normalised eigenvalues, turned into one of eigenvalues in the file's unit.
 
     Attributes
     ----------
@@ -43,7 +43,18 @@ class RescaledKernel:
     factor: float
 
     def squared_transfer(self, eigenvalues: FloatArray) -> FloatArray:
-        """K²(factor · λ)."""
+        """Return K²(factor · λ).
+
+        Parameters
+        ----------
+        eigenvalues : (k,) float64
+            λ in the file's unit, 1/area.
+
+        Returns
+        -------
+        (k,) float64
+            Not below 0.
+        """
         return self.kernel.squared_transfer(self.factor * np.asarray(eigenvalues))
 
     @property
@@ -69,11 +80,22 @@ class ChosenKernel:
 
     @property
     def key(self) -> str:
-        """Text that tells it from any other."""
+        """Text that is different for every other kernel."""
         return f"{self.normalisation} {json.dumps(kernel_to_json(self.kernel), sort_keys=True)}"
 
     def in_file_units(self, spectrum: Spectrum) -> Kernel:
-        """Return the kernel as one of this spectrum's own eigenvalues."""
+        """Return the kernel as one of eigenvalues in the file's unit.
+
+        Parameters
+        ----------
+        spectrum : Spectrum
+            Its first eigenvalue and its area give the unit.
+
+        Returns
+        -------
+        Kernel
+            K² as a function of the spectrum's own eigenvalues.
+        """
         factors = {
             "first-eigenvalue": lambda: 1.0 / float(spectrum.eigenvalues[0]),
             "area": lambda: float(spectrum.area),
@@ -83,7 +105,19 @@ class ChosenKernel:
 
 
 def choose_kernel(model: Model, name: str | None) -> tuple[View, ChosenKernel]:
-    """Return the kernel that a request names, or else the model's first; commute time without any.
+    """Return the kernel that a request names.
+
+    Parameters
+    ----------
+    model : Model
+        Gives the kernel where none is named, and the view.
+    name : str or None
+        Of a built-in kernel, such as ``heat:0.15``; None for the model's first kernel, or commute
+        time if it has none.
+
+    Returns
+    -------
+    The view to solve under, and the kernel.
 
     Raises
     ------
@@ -103,7 +137,16 @@ def choose_kernel(model: Model, name: str | None) -> tuple[View, ChosenKernel]:
 
 
 def first_kernel(model: Model) -> tuple[View, ChosenKernel]:
-    """Return the first kernel of a model, and the view that it was made for.
+    """Return the first kernel of a model.
+
+    Parameters
+    ----------
+    model : Model
+        The model.
+
+    Returns
+    -------
+    The view that the kernel was made for, and the kernel.
 
     Raises
     ------

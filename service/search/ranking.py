@@ -1,54 +1,44 @@
-"""A question to a ranked answer."""
+"""From a query to the nearest shapes of a collection."""
 
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from sqlalchemy.orm import Session
 
-from service.schemas.queries import AskedWith, Match, QueryOptions, QueryResult
-from service.schemas.shapes import answer_shape
 from service.search.filters import matching_shapes
 from service.search.index import Snapshot
 from service.search.indexes import SearchIndexes, SearchModel, load_search_model
-from workers.errors import ModelNotReadyError, ShapeNotReadyError
-from workers.geometry.arrays import Float32Array, FloatArray, IntArray
+from service.search.queries import Match, Ranking, SearchOptions, SearchQuery
+from workers.errors import ModelNotReadyError
+from workers.geometry.arrays import FloatArray, IntArray
 from workers.retrieval.model import Model
 from workers.retrieval.scan import distances, nearest, rerank, similarity
-from workers.storage.arrays import vector_from_bytes
 from workers.storage.collections import models_of
-from workers.storage.descriptors import get_vector
 from workers.storage.models import Collection
-from workers.storage.shapes import ShapeView, get_shape, get_shapes
+from workers.storage.shapes import ShapeView, get_shapes
 
 GATHER_ROWS = 16_384
+"""So many rows are copied together at a time where few rows of an index are compared."""
 
 
-@dataclass(frozen=True, eq=False)
-class Question:
-    """What is asked, and how.
+def choose_model(session: Session, collection: Collection, options: SearchOptions) -> SearchModel:
+    """Return the model to search under, once it is known that it fits the options.
 
-    Attributes
+    Parameters
     ----------
-    vector : (d,) float32
-        Descriptor of what is asked with.
-    asked_with : AskedWith
-        A stored shape, or the hash of a mesh.
-    options : QueryOptions
-    search : SearchModel
-        Under which the descriptor was made.
-    """
+    session : Session
+        That reads.
+    collection : Collection
+        That is searched.
+    options : SearchOptions
+        May name a model and a dissimilarity.
 
-    vector: Float32Array
-    asked_with: AskedWith
-    options: QueryOptions
-    search: SearchModel
-
-
-def choose_model(session: Session, collection: Collection, options: QueryOptions) -> SearchModel:
-    """Return the model to search under, checked against the dissimilarity that is asked for.
+    Returns
+    -------
+    SearchModel
+        The model named, or the collection's own.
 
     Raises
     ------
@@ -69,106 +59,92 @@ def choose_model(session: Session, collection: Collection, options: QueryOptions
     return search
 
 
-def shape_vector(session: Session, shape_id: str, model: str) -> Float32Array:
-    """Return the descriptor of a stored shape.
+def rank_shapes(
+    session: Session, indexes: SearchIndexes, collection: Collection, query: SearchQuery
+) -> Ranking:
+    """Rank the shapes of a collection as it is now.
 
-    Raises
-    ------
-    ShapeNotFoundError, ShapeNotReadyError, ModelNotReadyError
-        There is no such shape; it is not computed; it is not described under this model.
+    Parameters
+    ----------
+    session : Session
+        That reads; it decides the filter and gives the shapes found.
+    indexes : SearchIndexes
+        Of this process.
+    collection : Collection
+        That is searched.
+    query : SearchQuery
+        What is searched for.
+
+    Returns
+    -------
+    Ranking
+        The nearest shapes, by the model's distance Σ weight · (D / scale)^power.
     """
-    view = get_shape(session, shape_id)
-    vector = get_vector(session, shape_id, model)
-    if vector is None:
-        require_ready(view)
-        raise ModelNotReadyError(
-            f"shape {shape_id} of collection {view.collection!r} is not described under {model!r}"
-        )
-    return vector_from_bytes(vector)
-
-
-def require_ready(view: ShapeView) -> None:
-    """Refuse a shape that is still being computed, or whose computation failed.
-
-    Raises
-    ------
-    ShapeNotReadyError
-        With its state, or the reason of its failure.
-    """
-    if view.state == "failed" and view.row.error is not None:
-        raise ShapeNotReadyError(
-            f"the computation of shape {view.row.id} failed: {view.row.error['detail']}"
-        )
-    if view.state != "ready":
-        raise ShapeNotReadyError(f"shape {view.row.id} is {view.state}, expected ready")
-
-
-def answer_question(
-    session: Session, indexes: SearchIndexes, collection: Collection, question: Question
-) -> QueryResult:
-    """Rank the collection's shapes as it is now."""
     started = time.perf_counter()
-    options, model = question.options, question.search.model
-    snapshot = indexes.snapshot(collection.id, question.search)
-    rows = _candidates(session, snapshot, collection, question)  # (m,)
-    far = rerank(
-        question.vector,
+    options, model = query.options, query.search.model
+    snapshot = indexes.snapshot(collection.id, query.search)
+    rows = _candidates(session, snapshot, collection, query)  # (m,)
+    found = rerank(
+        query.vector,
         lambda places: snapshot.matrix[rows[places]],
-        _distances(snapshot, rows, question),
+        _distances(snapshot, rows, query),
         model,
         dissimilarity=options.dissimilarity,
-    )  # (m,)
-    order, views = _nearest(session, snapshot, rows, far, options)
-    near = similarity(far[order], model, dissimilarity=options.dissimilarity)
-    matches = [
-        Match(
-            rank=place,
-            distance=float(far[i]),
-            similarity=float(alike),
-            shape=answer_shape(view),
-        )
-        for place, (i, alike, view) in enumerate(zip(order, near, views, strict=True), start=1)
-    ]
-    return QueryResult(
+    )  # (m,) distances
+    order, shapes = _nearest(session, snapshot, rows, found, options)
+    similarities = similarity(found[order], model, dissimilarity=options.dissimilarity)
+    return Ranking(
         collection=collection.name,
         model=model.name,
         dissimilarity=options.dissimilarity or own_dissimilarity(model),
-        query=question.asked_with,
-        matches=matches,
+        matches=tuple(
+            Match(float(found[place]), float(alike), shape)
+            for place, alike, shape in zip(order, similarities, shapes, strict=True)
+        ),
         searched=len(rows),
-        took_ms=round(1000 * (time.perf_counter() - started), 3),
+        seconds=time.perf_counter() - started,
     )
 
 
 def own_dissimilarity(model: Model) -> str:
-    """Names of what the model's channels are compared by, each once."""
+    """Name the dissimilarities of a model's channels.
+
+    Parameters
+    ----------
+    model : Model
+        The model.
+
+    Returns
+    -------
+    str
+        Each name once, with commas between.
+    """
     return ", ".join(dict.fromkeys(channel.dissimilarity for channel in model.channels))
 
 
 def _candidates(
-    session: Session, snapshot: Snapshot, collection: Collection, question: Question
+    session: Session, snapshot: Snapshot, collection: Collection, query: SearchQuery
 ) -> IntArray:
-    """Rows that pass the filter, without the shape that is asked with."""
-    options = question.options
+    """Rows that pass the filter, without the query itself."""
+    options = query.options
     rows = snapshot.rows
     if options.filter is not None:
         rows = snapshot.rows_of(matching_shapes(session, collection.id, options.filter))
-    own = question.asked_with.shape_id
-    if own is not None and not options.include_self:
-        for row in snapshot.rows_of([own]):
+    if query.shape_id is not None and not options.include_self:
+        for row in snapshot.rows_of([query.shape_id]):
             rows = rows[rows != row]
     return rows
 
 
-def _distances(snapshot: Snapshot, rows: IntArray, question: Question) -> FloatArray:
+def _distances(snapshot: Snapshot, rows: IntArray, query: SearchQuery) -> FloatArray:
     """Distances of the candidates; a row's is the same whichever others are looked at."""
-    model, chosen = question.search.model, question.options.dissimilarity
+    model, chosen = query.search.model, query.options.dissimilarity
     if 2 * len(rows) > len(snapshot.matrix):
-        all_rows = distances(question.vector, snapshot.matrix, model, dissimilarity=chosen)
+        all_rows = distances(query.vector, snapshot.matrix, model, dissimilarity=chosen)
         return all_rows[rows]
     parts = [
         distances(
-            question.vector,
+            query.vector,
             snapshot.matrix[rows[start : start + GATHER_ROWS]],
             model,
             dissimilarity=chosen,
@@ -182,10 +158,10 @@ def _nearest(
     session: Session,
     snapshot: Snapshot,
     rows: IntArray,
-    far: FloatArray,
-    options: QueryOptions,
+    found: FloatArray,
+    options: SearchOptions,
 ) -> tuple[Sequence[int], Sequence[ShapeView]]:
-    """Order of the nearest candidates and their shapes; shapes deleted meanwhile are passed over.
+    """Order of the nearest candidates and their shapes, without shapes deleted meanwhile.
 
     Returns
     -------
@@ -194,16 +170,16 @@ def _nearest(
     ids = _PickedIds(snapshot.ids, rows)
     gone = 0
     while True:
-        order = nearest(far, ids, options.limit + gone).tolist()
+        order = nearest(found, ids, options.limit + gone).tolist()
         if options.max_distance is not None:
-            order = [i for i in order if far[i] <= options.max_distance]
-        views = get_shapes(session, [ids[i] for i in order])
-        there = [i for i in order if ids[i] in views]
+            order = [place for place in order if found[place] <= options.max_distance]
+        shapes = get_shapes(session, [ids[place] for place in order])
+        there = [place for place in order if ids[place] in shapes]
         missing = len(order) - len(there)
         if missing <= gone or len(order) < options.limit + gone:
             there = there[: options.limit]
-            return there, [views[ids[i]] for i in there]
-        gone = missing
+            return there, [shapes[ids[place]] for place in there]
+        gone = missing  # look again for so many more
 
 
 class _PickedIds(Sequence[str]):

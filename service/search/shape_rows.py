@@ -7,8 +7,8 @@ class ShapeRows:
     """Rows of each shape, oldest to newest; rows are added and never taken away.
 
     Because nothing is taken away, a snapshot of the first n rows may share this object with an
-    index that goes on growing: it looks up the newest row below n. One thread at a time may add;
-    any number may look up meanwhile.
+    index that grows. The snapshot looks up the newest row below n. One thread at a time may add;
+    any number of threads may look up.
 
     Parameters
     ----------
@@ -23,7 +23,15 @@ class ShapeRows:
             self.add(shape_id, row)
 
     def add(self, shape_id: str, row: int) -> None:
-        """Note a row of a shape; it must be above all rows that were added before."""
+        """Note a row of a shape.
+
+        Parameters
+        ----------
+        shape_id : str
+            The shape.
+        row : int
+            Its new row, above all rows that were added before.
+        """
         earlier = self._newest.get(shape_id)
         if earlier is not None:
             self._earlier[row] = earlier  # before `_newest`, from which a reader starts

@@ -1,4 +1,4 @@
-"""Rows of an upload: shapes, and one job over what is to be computed of them."""
+"""What is stored of an upload: shapes, and one job over what is to be computed of them."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -13,13 +13,27 @@ from workers.storage.models import Collection, Job, Part, Shape
 from workers.storage.shapes import NewShape, create_shape
 
 MOST_SHAPES = 1000
+"""So many shapes of a job are named in an answer."""
+
 PASSING_ERRORS = frozenset({"cancelled", "computation-lost", "internal-error"})
 """Failures that say nothing of the mesh: uploaded again, it is tried again."""
 
 
 @dataclass(frozen=True)
 class Upload:
-    """What was received: meshes, and the names of archives by their hashes."""
+    """What was received.
+
+    Attributes
+    ----------
+    shapes : tuple of NewShape
+        One a mesh, in the order of the files.
+    archives : Mapping
+        Names of zip files by the sha256 of their content.
+    label : str or None
+        Of all shapes that come out of archives.
+    attributes : Mapping
+        Metadata of all shapes that come out of archives.
+    """
 
     shapes: tuple[NewShape, ...]
     archives: Mapping[str, str]
@@ -29,7 +43,17 @@ class Upload:
 
 @dataclass(frozen=True)
 class StoredUpload:
-    """The job, the parts to dispatch after the commit, and the shapes in their files' order."""
+    """What was stored.
+
+    Attributes
+    ----------
+    job : Job
+        Over the upload.
+    parts : sequence of Part
+        To dispatch after the commit; none where nothing is to be computed.
+    shape_ids : list of str
+        Shapes of the meshes in the order of their files, each once.
+    """
 
     job: Job
     parts: Sequence[Part]
@@ -39,8 +63,22 @@ class StoredUpload:
 def store_upload(session: Session, collection: Collection, upload: Upload) -> StoredUpload:
     """Make shapes of what is new, and a job over it.
 
-    Without anything to compute, the job is the one that is at work on these shapes, or else one
-    that has ended.
+    Where nothing is to be computed, the job is the one that computes these shapes already, or a
+    new one that has ended.
+
+    Parameters
+    ----------
+    session : Session
+        That writes.
+    collection : Collection
+        That the shapes belong to.
+    upload : Upload
+        What was received; its files are stored already.
+
+    Returns
+    -------
+    StoredUpload
+        The job, its parts and the shapes.
     """
     ids, new = _create_shapes(session, collection.id, upload.shapes)
     again = _queue_again(session, ids.keys() - new)
@@ -73,7 +111,22 @@ def store_upload(session: Session, collection: Collection, upload: Upload) -> St
 
 
 def shapes_of_job(session: Session, collection_id: str, job_id: str) -> Sequence[str]:
-    """Ids of the first thousand shapes that a job computes."""
+    """Find the first thousand shapes that a job computes.
+
+    Parameters
+    ----------
+    session : Session
+        That reads.
+    collection_id : str
+        Of the collection that the job uploads to.
+    job_id : str
+        Of the job.
+
+    Returns
+    -------
+    sequence of str
+        Ids of the shapes, the oldest first.
+    """
     statement = select(Shape.id).where(Shape.collection_id == collection_id, Shape.job_id == job_id)
     return session.scalars(statement.order_by(Shape.id).limit(MOST_SHAPES)).all()
 
@@ -109,7 +162,7 @@ def _queue_again(session: Session, shape_ids: Sequence[str] | set[str]) -> set[s
 
 
 def _job_at_work(session: Session, shape_ids: Sequence[str]) -> Job | None:
-    """Newest job that is still at work on one of these shapes."""
+    """Newest job that still computes one of these shapes."""
     of_shapes = select(Shape.job_id).where(Shape.id.in_(shape_ids))
     at_work = select(Job).where(Job.id.in_(of_shapes), Job.state.in_(OPEN))
     return session.scalar(at_work.order_by(Job.id.desc()).limit(1))
