@@ -14,7 +14,17 @@ BoolArray = NDArray[np.bool_]
 def read_only(array: Any, dtype: type[np.generic]) -> NDArray[Any]:
     """Return a contiguous array of this dtype that nobody can write to.
 
-    An array that already is all that is returned as it is; anything else is copied.
+    Parameters
+    ----------
+    array : array-like
+        Values of any type that converts.
+    dtype : numpy type
+        That of the result.
+
+    Returns
+    -------
+    array of the same shape
+        The array itself where it already is all that; a copy otherwise.
     """
     if (
         isinstance(array, np.ndarray)

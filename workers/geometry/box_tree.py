@@ -40,7 +40,18 @@ class BoxTree:
     levels: tuple[FloatArray, ...]
 
     def nearest_centres(self, points: FloatArray) -> IntArray:
-        """Find the triangle (p,) whose mean corner is nearest to each point (p, 3)."""
+        """Find the triangle whose mean corner is nearest to each point.
+
+        Parameters
+        ----------
+        points : (p, 3) float64
+            Anywhere.
+
+        Returns
+        -------
+        (p,) int64
+            Numbers of triangles.
+        """
         places = np.asarray(self.centres.query(points)[1], dtype=np.int64)
         return self.triangles[places]
 
@@ -52,6 +63,7 @@ class BoxTree:
         Parameters
         ----------
         points : (p, 3) float64
+            Middles of the balls.
         squared_radii : (p,) float64
             Of the ball around each point.
 

@@ -41,11 +41,21 @@ def clean(mesh: TriangleMesh) -> CleanedMesh:
     Drops unreferenced vertices, merges vertices that lie on each other, drops faces without
     area, repeated faces (of either winding) and components below 1 % of the area.
 
+    Parameters
+    ----------
+    mesh : TriangleMesh
+        As it was read; anything may be wrong with it.
+
+    Returns
+    -------
+    CleanedMesh
+        With the mesh itself where nothing was to be repaired. Cleaning it again changes nothing.
+
     Raises
     ------
     InvalidMeshError
-        No faces, an index out of range, coordinates that are NaN or infinite, no extent, or
-        fewer than 4 faces left.
+        No faces, an index out of range, coordinates that are NaN or infinite, no extent or
+        one beyond 1e±60, or fewer than 4 faces left.
     """
     _require_sound(mesh)
     repairs: list[str] = []
@@ -75,9 +85,24 @@ def clean(mesh: TriangleMesh) -> CleanedMesh:
 
 
 def without_useless_faces(mesh: TriangleMesh) -> TriangleMesh:
-    """Mesh without degenerate and repeated faces and the vertices that only they had.
+    """Drop degenerate and repeated faces and the vertices that only they had.
 
-    For meshes that a preparation step made; may leave no face at all.
+    For meshes that a preparation step made.
+
+    Parameters
+    ----------
+    mesh : TriangleMesh
+        With indices in range.
+
+    Returns
+    -------
+    TriangleMesh
+        The mesh itself where nothing is to be dropped; it may have no face at all.
+
+    Raises
+    ------
+    InvalidMeshError
+        The mesh has no extent, or one beyond 1e±60.
     """
     faces = mesh.faces[useful_faces(mesh)]
     if len(faces) == mesh.n_faces and len(np.unique(faces)) == mesh.n_vertices:
@@ -86,7 +111,23 @@ def without_useless_faces(mesh: TriangleMesh) -> TriangleMesh:
 
 
 def useful_faces(mesh: TriangleMesh) -> IntArray:
-    """Indices of the faces that are neither degenerate nor repeat an earlier one, ascending."""
+    """Find the faces that are neither degenerate nor repeat an earlier one.
+
+    Parameters
+    ----------
+    mesh : TriangleMesh
+        With indices in range.
+
+    Returns
+    -------
+    (f,) int64
+        Their numbers, ascending.
+
+    Raises
+    ------
+    InvalidMeshError
+        The mesh has no extent, or one beyond 1e±60.
+    """
     extent = _require_extent(mesh.vertices)
     sound = np.flatnonzero(~_degenerate(mesh.vertices / extent, mesh.faces))
     useful: IntArray = sound[_first_of_their_kind(mesh.faces[sound])]

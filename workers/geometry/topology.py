@@ -8,25 +8,69 @@ from workers.geometry.mesh import TriangleMesh
 
 
 def vertex_components(mesh: TriangleMesh) -> IntArray:
-    """Label (n,) of the component of every vertex; an unreferenced one is a component."""
+    """Label the connected components of the vertices.
+
+    Parameters
+    ----------
+    mesh : TriangleMesh
+        Of any winding, manifold or not.
+
+    Returns
+    -------
+    (n,) int64
+        Label of each vertex, from 0; an unreferenced one is a component.
+    """
     edges = directed_edges(mesh.faces)[: 2 * mesh.n_faces]  # two edges connect a face
     return component_labels(edges, mesh.n_vertices)
 
 
 def face_components(mesh: TriangleMesh) -> IntArray:
-    """Label (m,) of the component of every face, from 0 without gaps; shared vertices connect."""
+    """Label the connected components of the faces; shared vertices connect.
+
+    Parameters
+    ----------
+    mesh : TriangleMesh
+        Of any winding, manifold or not.
+
+    Returns
+    -------
+    (m,) int64
+        Label of each face, from 0 without gaps.
+    """
     labels = vertex_components(mesh)[mesh.faces[:, 0]]  # (m,)
     _, compact = np.unique(labels, return_inverse=True)
     return compact.astype(np.int64).reshape(-1)
 
 
 def count_components(mesh: TriangleMesh) -> int:
-    """Count the components that have faces."""
+    """Count the components that have faces.
+
+    Parameters
+    ----------
+    mesh : TriangleMesh
+        Of any winding, manifold or not.
+
+    Returns
+    -------
+    int
+        From 0.
+    """
     return len(np.unique(vertex_components(mesh)[mesh.faces[:, 0]]))
 
 
 def boundary_edges(mesh: TriangleMesh) -> IntArray:
-    """Edges (b, 2) that only one face has, in the winding of that face, sorted."""
+    """List the edges that only one face has.
+
+    Parameters
+    ----------
+    mesh : TriangleMesh
+        Of any winding, manifold or not.
+
+    Returns
+    -------
+    (b, 2) int64
+        In the winding of that face, sorted.
+    """
     edges = directed_edges(mesh.faces)
     keys = edge_keys(edges, mesh.n_vertices)
     _, first, counts = np.unique(keys, return_index=True, return_counts=True)
@@ -35,17 +79,38 @@ def boundary_edges(mesh: TriangleMesh) -> IntArray:
 
 
 def euler_characteristic(mesh: TriangleMesh) -> int:
-    """Vertices - edges + faces, without unreferenced vertices: 2 for a sphere, 0 for a torus."""
+    """Vertices - edges + faces, without unreferenced vertices.
+
+    Parameters
+    ----------
+    mesh : TriangleMesh
+        Of any winding, manifold or not.
+
+    Returns
+    -------
+    int
+        2 for a sphere, 0 for a torus.
+    """
     n_edges = len(np.unique(edge_keys(directed_edges(mesh.faces), mesh.n_vertices)))
     return len(np.unique(mesh.faces)) - n_edges + mesh.n_faces
 
 
 def boundary_loops(mesh: TriangleMesh) -> list[IntArray]:
-    """Simple cycles of boundary edges, as vertex indices in the winding of their faces.
+    """Find simple cycles of boundary edges.
 
     Where several loops touch in a vertex they are separated; where faces are wound against
     each other the loop goes on all the same; boundary that does not come back (at edges of
     three faces) is left out. Each edge is in one loop at most.
+
+    Parameters
+    ----------
+    mesh : TriangleMesh
+        Of any winding, manifold or not.
+
+    Returns
+    -------
+    list of (l,) int64
+        Vertex indices of each loop, in the winding of its faces.
     """
     edges = boundary_edges(mesh)
     order = np.argsort(edges[:, 0], kind="stable")

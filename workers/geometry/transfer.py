@@ -39,7 +39,18 @@ class SurfacePoints:
         object.__setattr__(self, "squared_distances", squared)
 
     def interpolate(self, values: FloatArray) -> FloatArray:
-        """Values (p, ...) of a field that is given at the mesh's vertices, (n, ...)."""
+        """Values of a field at the points, by their barycentric coordinates.
+
+        Parameters
+        ----------
+        values : (n, ...) float64
+            The field at the mesh's vertices.
+
+        Returns
+        -------
+        (p, ...) float64
+            The field at the points; within the range of the values.
+        """
         interpolated: FloatArray = np.einsum("pc,pc...->p...", self.weights, values[self.corners])
         return interpolated
 
@@ -81,12 +92,12 @@ def transfer_to_vertices(
 ) -> FloatArray:
     """Interpolate a field at the points of the source surface closest to the target's vertices.
 
-    The field is linear on each face. Values lie within the range of the source's.
+    The field is linear on each face.
 
     Parameters
     ----------
     source : TriangleMesh
-        Of n vertices, each of which belongs to a face.
+        Of n vertices.
     values : (n,) float64
         A value at each source vertex.
     target : TriangleMesh
@@ -95,6 +106,12 @@ def transfer_to_vertices(
     Returns
     -------
     (n_target,) float64
+        Within the range of the source's values.
+
+    Raises
+    ------
+    InvalidRequestError
+        The field is not that of the source mesh.
     """
     if values.shape != (source.n_vertices,):
         raise InvalidRequestError(

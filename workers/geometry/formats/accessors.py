@@ -20,16 +20,47 @@ class Accessors:
         self._buffers = buffers
 
     def count(self, index: int) -> int:
-        """Return how many elements the accessor declares."""
+        """Return how many elements the accessor declares.
+
+        Parameters
+        ----------
+        index : int
+            Number of the accessor in the document.
+
+        Returns
+        -------
+        int
+            From 0; not checked against the buffer, see `values`.
+
+        Raises
+        ------
+        InvalidMeshError
+            There is no such accessor, or its count is no natural number.
+        """
         return _natural(_item(self._accessors, index, "accessor"), "count")
 
     def values(self, index: int, kind: str) -> NDArray[Any]:
-        """Elements of an accessor: (count,) for "SCALAR", (count, 3) for "VEC3".
+        """Elements of an accessor, checked against the buffer before they are read.
+
+        Parameters
+        ----------
+        index : int
+            Number of the accessor in the document.
+        kind : str
+            "SCALAR" or "VEC3": what the accessor must hold.
+
+        Returns
+        -------
+        (count,) or (count, 3) array
+            Of the type in the file, for "SCALAR" or "VEC3"; float64 from -1 to 1 where the accessor
+            is normalized. A view of the buffer where possible.
 
         Raises
         ------
         InvalidMeshError
             Another kind, or data that would lie outside its buffer.
+        UnsupportedFormatError
+            A sparse accessor.
         """
         accessor = _item(self._accessors, index, "accessor")
         if "sparse" in accessor or "bufferView" not in accessor:

@@ -20,7 +20,7 @@ OFF_COUNTS = re.compile(rb"\s*\d+[ \t]+\d+[ \t]+\d+[ \t]*[\r\n]")
 
 
 def detect_format(data: bytes, filename: str = "") -> str:
-    """Format of the bytes: "off", "obj", "ply", "stl", "glb", "gltf" or "3mf".
+    """Find the format of the bytes.
 
     Parameters
     ----------
@@ -28,6 +28,11 @@ def detect_format(data: bytes, filename: str = "") -> str:
         The whole file.
     filename : str
         Its ending is believed only where the content says nothing.
+
+    Returns
+    -------
+    str
+        "off", "obj", "ply", "stl", "glb", "gltf" or "3mf".
 
     Raises
     ------

@@ -23,7 +23,19 @@ MOST_PRIMITIVES = 100_000  # all nodes together
 
 
 def read_glb(data: bytes, limits: MeshLimits) -> TriangleMesh:
-    """Mesh of a GLB file (glTF 2.0 in one binary file).
+    """Read a GLB file (glTF 2.0 in one binary file).
+
+    Parameters
+    ----------
+    data : bytes
+        The whole file, without a byte order mark.
+    limits : MeshLimits
+        Most vertices and faces that are accepted.
+
+    Returns
+    -------
+    TriangleMesh
+        Triangles of the scene, each node placed by its transforms.
 
     Raises
     ------
@@ -51,7 +63,25 @@ def read_glb(data: bytes, limits: MeshLimits) -> TriangleMesh:
 
 
 def read_gltf(data: bytes, limits: MeshLimits) -> TriangleMesh:
-    """Mesh of a glTF 2.0 file whose buffers are embedded as ``data:`` URIs."""
+    """Read a glTF 2.0 file whose buffers are embedded as ``data:`` URIs.
+
+    Parameters
+    ----------
+    data : bytes
+        The whole file, without a byte order mark.
+    limits : MeshLimits
+        Most vertices and faces that are accepted.
+
+    Returns
+    -------
+    TriangleMesh
+        Triangles of the scene, each node placed by its transforms.
+
+    Raises
+    ------
+    InvalidMeshError, UnsupportedFormatError, UploadTooLargeError
+        See `workers.geometry.formats.parse`.
+    """
     return _read(data, None, limits)
 
 

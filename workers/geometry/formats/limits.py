@@ -19,7 +19,20 @@ class MeshLimits:
     faces: int = 4_000_000
 
     def check(self, *, vertices: int = 0, faces: int = 0) -> None:
-        """Raise ``UploadTooLargeError`` if one of the counts is over its limit."""
+        """Raise ``UploadTooLargeError`` if one of the counts is over its limit.
+
+        Parameters
+        ----------
+        vertices, faces : int
+            Counts that a file declares, or that were read so far.
+
+        Raises
+        ------
+        UploadTooLargeError
+            A count over its limit.
+        InvalidMeshError
+            A count below 0.
+        """
         for count, limit, noun in (
             (vertices, self.vertices, "vertices"),
             (faces, self.faces, "faces"),
@@ -39,6 +52,13 @@ def check_length(needed: int, available: int, *, vertices: int, faces: int) -> N
     ----------
     needed, available : int
         Bytes that the declared counts take at least, and bytes that there are.
+    vertices, faces : int
+        The declared counts, for the message.
+
+    Raises
+    ------
+    InvalidMeshError
+        More bytes are needed than available.
     """
     if needed > available:
         raise InvalidMeshError(

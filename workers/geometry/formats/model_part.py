@@ -39,7 +39,7 @@ class Model3MF:
 
 
 def read_model_part(pieces: Iterable[bytes], count: Callable[[int, int], None]) -> Model3MF:
-    """Objects and build items of a model part.
+    """Read the objects and build items of a model part.
 
     Parameters
     ----------
@@ -48,6 +48,11 @@ def read_model_part(pieces: Iterable[bytes], count: Callable[[int, int], None]) 
     count : function
         Called with numbers of further vertices and triangles while reading; raises when
         there are too many.
+
+    Returns
+    -------
+    Model3MF
+        Objects by id, and what is built, in the order of the file.
 
     Raises
     ------

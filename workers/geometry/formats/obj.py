@@ -17,7 +17,19 @@ TEXTURE_AND_NORMAL = re.compile(rb"/[^ \t\n]*")
 
 
 def read_obj(data: bytes, limits: MeshLimits) -> TriangleMesh:
-    """Mesh of an OBJ file: polygons, ``v/vt/vn`` corners, relative indices, colours.
+    """Read an OBJ file: polygons, ``v/vt/vn`` corners, relative indices, colours.
+
+    Parameters
+    ----------
+    data : bytes
+        The whole file, without a byte order mark.
+    limits : MeshLimits
+        Most vertices and faces that are accepted.
+
+    Returns
+    -------
+    TriangleMesh
+        Vertices in the order of the file, polygons cut into triangles.
 
     Raises
     ------

@@ -17,7 +17,19 @@ SHORTEST_VERTEX, SHORTEST_FACE = len(b"0 0 0\n"), len(b"0\n")
 
 
 def read_off(data: bytes, limits: MeshLimits) -> TriangleMesh:
-    """Mesh of an OFF file: comments, colours, normals, polygons, any line ends, no keyword needed.
+    """Read an OFF file: comments, colours, normals, polygons, any line ends, no keyword needed.
+
+    Parameters
+    ----------
+    data : bytes
+        The whole file, without a byte order mark.
+    limits : MeshLimits
+        Most vertices and faces that are accepted.
+
+    Returns
+    -------
+    TriangleMesh
+        Vertices in the order of the file, polygons cut into triangles.
 
     Raises
     ------

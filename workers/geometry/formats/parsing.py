@@ -61,7 +61,7 @@ class ParsedMesh:
 
 
 def parse(data: bytes, *, filename: str = "", limits: MeshLimits = DEFAULT_LIMITS) -> ParsedMesh:
-    """Mesh of a file in any of the seven formats.
+    """Read a file in any of the seven formats.
 
     Parameters
     ----------
@@ -71,6 +71,11 @@ def parse(data: bytes, *, filename: str = "", limits: MeshLimits = DEFAULT_LIMIT
         Its ending decides only where the content does not.
     limits : MeshLimits
         Checked against declared counts before anything is allocated.
+
+    Returns
+    -------
+    ParsedMesh
+        The mesh, its format, and the axis that points up.
 
     Raises
     ------

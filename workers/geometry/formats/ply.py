@@ -16,7 +16,19 @@ NO_POLYGONS = Polygons(np.zeros(0, dtype=np.int64), np.zeros(0, dtype=np.int64))
 
 
 def read_ply(data: bytes, limits: MeshLimits) -> TriangleMesh:
-    """Mesh of a PLY file: elements ``vertex`` (x, y, z) and ``face`` (vertex_indices).
+    """Read a PLY file: elements ``vertex`` (x, y, z) and ``face`` (vertex_indices).
+
+    Parameters
+    ----------
+    data : bytes
+        The whole file, without a byte order mark.
+    limits : MeshLimits
+        Most vertices and faces that are accepted.
+
+    Returns
+    -------
+    TriangleMesh
+        Vertices in the order of the file, polygons cut into triangles.
 
     Raises
     ------

@@ -58,12 +58,39 @@ class Header:
     body: int
 
     def element(self, *names: str) -> Element | None:
-        """Return the first element of one of these names."""
+        """Return the first element of one of these names.
+
+        Parameters
+        ----------
+        *names : str
+            As they stand in the header.
+
+        Returns
+        -------
+        Element or None
+            None where there is no such element.
+        """
         return next((e for e in self.elements if e.name in names), None)
 
 
 def read_header(data: bytes) -> Header:
-    """Header of a PLY file, or ``InvalidMeshError`` saying which line is wrong."""
+    """Read the header of a PLY file.
+
+    Parameters
+    ----------
+    data : bytes
+        The whole file.
+
+    Returns
+    -------
+    Header
+        With the place where the data begins.
+
+    Raises
+    ------
+    InvalidMeshError
+        A line that means nothing, which the message quotes, or no end.
+    """
     end = END.search(data[:LONGEST_HEADER])
     if end is None:
         raise InvalidMeshError("the PLY header has no 'end_header': the file is truncated")

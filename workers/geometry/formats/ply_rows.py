@@ -14,7 +14,31 @@ from workers.geometry.formats.tokens import Polygons, integral, places_in_runs
 def binary_rows(
     data: bytes, position: int, element: Element, byte_order: str
 ) -> tuple[NDArray[Any], int]:
-    """Structured array (count,) of the scalar properties, and where the next element begins."""
+    """Read all rows of a binary element whose lists, if any, are equally long.
+
+    Parameters
+    ----------
+    data : bytes
+        The whole file.
+    position : int
+        Where the first row begins, in bytes.
+    element : Element
+        What a row holds, and how many there are.
+    byte_order : str
+        "<" or ">".
+
+    Returns
+    -------
+    rows : (count,) structured array
+        A field for each property, by its name.
+    end : int
+        Where the next element begins, in bytes.
+
+    Raises
+    ------
+    InvalidMeshError
+        Rows that end after the file, lists of unequal lengths, or two properties of one name.
+    """
     if any(p.length_type for p in element.properties):
         equal = _equal_rows(data, position, element, byte_order)
         if equal is None:
@@ -30,7 +54,33 @@ def binary_rows(
 def binary_list(
     data: bytes, position: int, element: Element, wanted: Property, byte_order: str
 ) -> tuple[Polygons, int]:
-    """One list property of all rows as polygons, and where the next element begins."""
+    """Read one list property of all rows as polygons.
+
+    Parameters
+    ----------
+    data : bytes
+        The whole file.
+    position : int
+        Where the first row begins, in bytes.
+    element : Element
+        What a row holds, and how many there are.
+    wanted : Property
+        The list to read, one of the element's properties.
+    byte_order : str
+        "<" or ">".
+
+    Returns
+    -------
+    polygons : Polygons
+        One for each row.
+    end : int
+        Where the next element begins, in bytes.
+
+    Raises
+    ------
+    InvalidMeshError
+        Rows that end after the file, or a value that is no index.
+    """
     rows = _equal_rows(data, position, element, byte_order)
     if rows is not None:
         values = rows[wanted.name]  # (count, length)
@@ -47,7 +97,29 @@ def binary_list(
 
 
 def skip_rows(data: bytes, position: int, element: Element, byte_order: str) -> int:
-    """Where the element after this one begins."""
+    """Find where the element after this one begins.
+
+    Parameters
+    ----------
+    data : bytes
+        The whole file.
+    position : int
+        Where the first row begins, in bytes.
+    element : Element
+        What a row holds, and how many there are.
+    byte_order : str
+        "<" or ">".
+
+    Returns
+    -------
+    int
+        In bytes from the start of the file.
+
+    Raises
+    ------
+    InvalidMeshError
+        Rows that end after the file.
+    """
     if not any(p.length_type for p in element.properties):
         return position + element.count * element.shortest_row
     rows = _equal_rows(data, position, element, byte_order)

@@ -11,13 +11,21 @@ from workers.geometry.mesh import TriangleMesh
 
 
 def polygon_mesh(vertices: FloatArray, polygons: Polygons, limits: MeshLimits) -> TriangleMesh:
-    """Mesh of polygons cut into triangles; points and segments are left out.
+    """Make a mesh of polygons cut into triangles; points and segments are left out.
 
     Parameters
     ----------
     vertices : (n, 3) float64
+        Positions.
     polygons : Polygons
         Corners are indices from 0, not checked before.
+    limits : MeshLimits
+        Most vertices and triangles that are accepted.
+
+    Returns
+    -------
+    TriangleMesh
+        All vertices, and the triangles in the order of the polygons.
 
     Raises
     ------
@@ -35,7 +43,18 @@ def polygon_mesh(vertices: FloatArray, polygons: Polygons, limits: MeshLimits) -
 
 
 def require_faces(n_vertices: int, n_faces: int) -> None:
-    """Raise ``InvalidMeshError`` for an empty file or a point cloud."""
+    """Raise ``InvalidMeshError`` for an empty file or a point cloud.
+
+    Parameters
+    ----------
+    n_vertices, n_faces : int
+        How many a file has.
+
+    Raises
+    ------
+    InvalidMeshError
+        There are no faces.
+    """
     if n_faces == 0 and n_vertices == 0:
         raise InvalidMeshError("the file has neither vertices nor faces; expected a surface")
     if n_faces == 0:
@@ -53,8 +72,15 @@ def require_indices(
     ----------
     corners, faces_of_corners : (c,) int64
         Vertex indices from 0, and the face each belongs to.
+    n_vertices : int
+        How many vertices there are.
     first : int
         What the format calls its first vertex, for the message (1 in OBJ).
+
+    Raises
+    ------
+    InvalidMeshError
+        An index below 0 or from ``n_vertices`` on.
     """
     bad = (corners < 0) | (corners >= n_vertices)
     if bad.any():

@@ -16,14 +16,37 @@ VERTEX = re.compile(rb"\bvertex\b([^\r\n]*)", re.IGNORECASE)
 
 
 def is_binary_stl(data: bytes) -> bool:
-    """Whether the declared number of triangles is just as long as the file."""
+    """Whether the declared number of triangles is just as long as the file.
+
+    Parameters
+    ----------
+    data : bytes
+        The whole file.
+
+    Returns
+    -------
+    bool
+        False for a binary STL with something behind its triangles.
+    """
     if len(data) < HEADER:
         return False
     return len(data) == HEADER + TRIANGLE.itemsize * int.from_bytes(data[80:HEADER], "little")
 
 
 def read_stl(data: bytes, limits: MeshLimits) -> TriangleMesh:
-    """Mesh of an STL file; vertices are not merged here but by cleaning.
+    """Read an STL file, text or binary; cleaning merges the vertices.
+
+    Parameters
+    ----------
+    data : bytes
+        The whole file, without a byte order mark.
+    limits : MeshLimits
+        Most vertices and faces that are accepted.
+
+    Returns
+    -------
+    TriangleMesh
+        Three vertices of its own for each triangle, in the order of the file.
 
     Raises
     ------

@@ -26,7 +26,18 @@ MOST_INSTANCES = 100_000
 
 
 def is_3mf(data: bytes) -> bool:
-    """Whether this zip archive has a 3MF model part."""
+    """Whether this zip archive has a 3MF model part.
+
+    Parameters
+    ----------
+    data : bytes
+        The whole file.
+
+    Returns
+    -------
+    bool
+        False also for a damaged archive.
+    """
     try:
         with zipfile.ZipFile(io.BytesIO(data)) as archive:
             return any(name.lower().endswith(".model") for name in archive.namelist())
@@ -35,7 +46,20 @@ def is_3mf(data: bytes) -> bool:
 
 
 def read_3mf(data: bytes, limits: MeshLimits) -> TriangleMesh:
-    """Mesh of all build items of a 3MF file.
+    """Read all build items of a 3MF file.
+
+    Parameters
+    ----------
+    data : bytes
+        The whole file, without a byte order mark.
+    limits : MeshLimits
+        Most vertices and faces that are accepted.
+
+    Returns
+    -------
+    TriangleMesh
+        Triangles of the build items, placed by their transforms, or of all objects where
+        nothing is built.
 
     Raises
     ------
@@ -85,7 +109,13 @@ class _Budget:
         self._faces = 0
 
     def count(self, vertices: int, faces: int) -> None:
-        """Add to the counts and check them."""
+        """Add to the counts and check them.
+
+        Parameters
+        ----------
+        vertices, faces : int
+            How many more there are.
+        """
         self._vertices += vertices
         self._faces += faces
         self._limits.check(vertices=self._vertices, faces=self._faces)

@@ -28,14 +28,41 @@ class Polygons:
 
 
 def quoted(token: bytes) -> str:
-    """Return the token as it may stand in a message: short, printable, in quotes."""
+    """Quote a token for a message.
+
+    Parameters
+    ----------
+    token : bytes
+        Whatever the file has there.
+
+    Returns
+    -------
+    str
+        In quotes, printable, of at most 24 characters and an ellipsis.
+    """
     text = token[:24].decode("ascii", "replace")
     printable = "".join(c if c.isprintable() else "?" for c in text)
     return f"'{printable}{'…' if len(token) > 24 else ''}'"
 
 
 def floats(text: bytes) -> FloatArray:
-    """All numbers of a text, (count,); NaN and infinity are numbers here."""
+    """Read all numbers of a text; NaN and infinity are numbers here.
+
+    Parameters
+    ----------
+    text : bytes
+        Tokens between blanks or line ends.
+
+    Returns
+    -------
+    (count,) float64
+        One for each token.
+
+    Raises
+    ------
+    InvalidMeshError
+        A token is no number.
+    """
     tokens = text.split()
     try:
         return np.array(tokens, dtype=np.float64)
@@ -44,7 +71,23 @@ def floats(text: bytes) -> FloatArray:
 
 
 def integers(text: bytes) -> IntArray:
-    """All numbers of a text as integers, (count,); "3.0" counts as 3, "3.5" does not."""
+    """Read all numbers of a text as integers: "3.0" counts as 3, "3.5" does not.
+
+    Parameters
+    ----------
+    text : bytes
+        Tokens between blanks or line ends.
+
+    Returns
+    -------
+    (count,) int64
+        One for each token.
+
+    Raises
+    ------
+    InvalidMeshError
+        A token is no integer.
+    """
     try:
         return np.array(text.split(), dtype=np.int64)
     except (ValueError, OverflowError):
@@ -52,7 +95,23 @@ def integers(text: bytes) -> IntArray:
 
 
 def integral(values: FloatArray) -> IntArray:
-    """Return the values as int64, or raise ``InvalidMeshError`` if one is no integer."""
+    """Turn floats into integers.
+
+    Parameters
+    ----------
+    values : (n,) float64
+        Whole numbers below 2**53.
+
+    Returns
+    -------
+    (n,) int64
+        The same numbers.
+
+    Raises
+    ------
+    InvalidMeshError
+        One is no integer.
+    """
     good = (np.abs(values) < LARGEST_INTEGER) & (values == np.rint(values))
     if not good.all():
         found = values[np.argmin(good)]
@@ -61,7 +120,23 @@ def integral(values: FloatArray) -> IntArray:
 
 
 def polygon_lines(lines: Sequence[bytes]) -> Polygons:
-    """Polygons of which each stands on its own line as ``count index index … [anything]``."""
+    """Read polygons that stand each on its own line as ``count index index … [anything]``.
+
+    Parameters
+    ----------
+    lines : sequence of bytes
+        None of them blank.
+
+    Returns
+    -------
+    Polygons
+        One for each line.
+
+    Raises
+    ------
+    InvalidMeshError
+        A line with fewer numbers than it declares, or a token that is no number.
+    """
     if not lines:
         return Polygons(np.zeros(0, dtype=np.int64), np.zeros(0, dtype=np.int64))
     text = b"\n".join(lines)
@@ -82,7 +157,18 @@ def polygon_lines(lines: Sequence[bytes]) -> Polygons:
 
 
 def places_in_runs(counts: IntArray) -> IntArray:
-    """0 … counts[0] - 1, 0 … counts[1] - 1, … in a row, (sum of counts,)."""
+    """Count within runs: 0 … counts[0] - 1, then 0 … counts[1] - 1, and so on.
+
+    Parameters
+    ----------
+    counts : (p,) int64
+        Length of each run, from 0.
+
+    Returns
+    -------
+    (sum of counts,) int64
+        Place of each element in its run.
+    """
     before = np.cumsum(counts) - counts  # (p,)
     return np.arange(int(counts.sum())) - np.repeat(before, counts)
 

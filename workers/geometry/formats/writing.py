@@ -14,9 +14,21 @@ PLY_FACE = np.dtype([("count", "u1"), ("corners", "<i4", 3)])
 
 
 def write(mesh: TriangleMesh, format: str) -> bytes:
-    """File of this mesh, vertices and faces in their order (STL stores a soup).
+    """Write a mesh as a file, vertices and faces in their order (STL stores loose triangles).
 
     OFF, OBJ and PLY keep every bit of the coordinates; STL and GLB store float32.
+
+    Parameters
+    ----------
+    mesh : TriangleMesh
+        What to write.
+    format : str
+        One of ``WRITTEN_FORMATS``.
+
+    Returns
+    -------
+    bytes
+        The whole file.
 
     Raises
     ------
