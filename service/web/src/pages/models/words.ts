@@ -87,14 +87,20 @@ const KERNELS: Record<string, (parameters: Record<string, Json>, unit: string) =
   tabulated: () => "learned, on a grid",
 };
 
-/** A channel's kernel and its time. */
-export function kernelName(channel: Pick<Channel, "kernel" | "normalisation">): string {
-  const { kernel, normalisation } = channel;
-  if (kernel === null) return "none";
-  return KERNELS[kernel.kind]?.(kernel.parameters, normalisation) ?? kernel.kind;
+/** A channel's kernel, whose form the OpenAPI document leaves open. */
+interface Kernel {
+  kind: string;
+  parameters: Record<string, Json>;
 }
 
-/** What the service tells of a channel beyond its contract. */
+/** A channel's kernel and its time. */
+export function kernelName(channel: Pick<Channel, "kernel" | "normalisation">): string {
+  if (channel.kernel === null) return "none";
+  const { kind, parameters } = channel.kernel as unknown as Kernel;
+  return KERNELS[kind]?.(parameters, channel.normalisation) ?? kind;
+}
+
+/** Fields of a channel beyond the contract. */
 interface Details {
   samples?: number;
   centre?: string;

@@ -1,6 +1,8 @@
 // What narrows a search: tests of a shape's fields, as they stand in the address and as the service takes them.
 
-import type { Condition, Filter, Json } from "../../api/types";
+import type { Condition, Filter } from "../../api/types";
+
+type Value = string | number;
 
 export const HOWS = ["is", "is not", "at least", "at most"] as const;
 export type How = (typeof HOWS)[number];
@@ -41,7 +43,7 @@ export function textOf(tests: readonly Test[]): string | null {
 /** The service's filter; several allowed values of one field are alternatives. */
 export function filterOf(tests: readonly Test[]): Filter | null {
   if (tests.length === 0) return null;
-  const allowed = new Map<string, Json[]>();
+  const allowed = new Map<string, Value[]>();
   const [must, refused]: [Condition[], Condition[]] = [[], []];
   for (const { field, how, value } of tests) {
     if (how === "is") allowed.set(field, [...(allowed.get(field) ?? []), ...meant(field, value)]);
@@ -53,7 +55,7 @@ export function filterOf(tests: readonly Test[]): Filter | null {
 }
 
 /** What a person can have meant: in metadata, 3 is a number or a text; a strength is a number. */
-function meant(field: string, value: string): Json[] {
+function meant(field: string, value: string): Value[] {
   const number = numberOf(value);
   if (field === "strength") return [number ?? value];
   return field.startsWith("metadata.") && number !== null ? [value, number] : [value];
