@@ -18,10 +18,8 @@ from rich.progress import track
 from sqlalchemy import select
 
 from benchmarks.described import PROGRESS, described, of_channels, scores_of, show_rows
-from workers.pipeline.train_bank import bank_shapes, descriptors
-from workers.pipeline.training_parts import VARIANT, load_kept
-from workers.pipeline.training_variants import Variant
-from workers.pipeline.workbench import Workbench
+from workers.pipeline.training.fit import gather
+from workers.pipeline.training.fit_bank import descriptors
 from workers.retrieval.channels import (
     Channel,
     EigenvalueChannel,
@@ -34,9 +32,10 @@ from workers.settings import Settings
 from workers.storage.blobs import BlobStore
 from workers.storage.database import Database
 from workers.storage.models import Part
-from workers.storage.parts import Failure
 from workers.training.bank import BankOptions, BankShapes, train_bank
 from workers.training.candidates import is_resolved
+from workers.training.copies import arrange_copies
+from workers.training.examples import Variant
 
 BASE = "all together"
 FEW_EIGENPAIRS = 100  # of the views but "detailed"
@@ -49,22 +48,25 @@ def trained_on(folder: Path) -> tuple[BankShapes, Model]:
     """Descriptors that ``make train-default`` stored, and the candidates they are under."""
     settings = Settings(data_dir=folder)
     database = Database(settings.resolved_database_url)
-    bench = Workbench(database, BlobStore(settings.resolved_blob_url), settings, lambda parts: None)
     with database.read() as session:
         newest = (
-            select(Part.job_id).where(Part.kind == VARIANT).order_by(Part.job_id.desc()).limit(1)
+            select(Part.job_id)
+            .where(Part.kind == Variant.kind)
+            .order_by(Part.job_id.desc())
+            .limit(1)
         )
         payloads = session.scalars(
             select(Part.payload).where(
-                Part.kind == VARIANT, Part.job_id == newest.scalar_subquery()
+                Part.kind == Variant.kind, Part.job_id == newest.scalar_subquery()
             )
         ).all()
     database.dispose()
     planned = sorted(map(Variant.from_payload, payloads), key=lambda variant: variant.number)
-    found = [(variant, load_kept(bench, VARIANT, variant)) for variant in planned]
-    there = [(variant, kept) for variant, kept in found if not isinstance(kept, Failure)]
-    rows = descriptors([kept for _, kept in there])
-    return bank_shapes([variant for variant, _ in there], rows), planned[0].candidates
+    material = gather(BlobStore(settings.resolved_blob_url), planned)
+    if material.missing:
+        raise SystemExit(f"{len(material.missing)} of {len(planned)} variants are not computed")
+    shapes = arrange_copies(material.examples, descriptors(material.arrays))
+    return shapes, planned[0].candidates
 
 
 def only(

@@ -21,14 +21,14 @@ from service.schemas.training import DEFAULT_VIEWS
 from workers.creatures import TRAINING_SPECIES, make_creature
 from workers.geometry.preparation import PREPARATION_VERSION
 from workers.geometry.solution import solve
-from workers.pipeline.bank_plan import DEFAULT_CREATURES
-from workers.pipeline.training_variants import VARIANT_VERSIONS
 from workers.retrieval.model import Model, describe
 from workers.settings import Settings, load_settings
 from workers.storage.database import Database
 from workers.storage.shipped_models import FOLDER, write_shipped
 from workers.storage.trained_models import get_model
 from workers.training.bank import BANK_VERSION, MOST_CHANNELS, POWER
+from workers.training.examples import VARIANT_VERSIONS
+from workers.training.planned_variants import DEFAULT_CREATURES
 from workers.transformations import PAPER_TRANSFORMATIONS, STRENGTHS
 
 WITNESS_VERTICES = 4000

@@ -13,12 +13,13 @@ from service.schemas.training import Learned, ModelAccepted, NewBank, NewModel, 
 from service.security import ADMINISTERS, READS, WRITES
 from service.waiting import hold_on
 from workers.geometry.preparation import View, named_view
-from workers.pipeline.bank_plan import plan_variants
-from workers.pipeline.plans import add_untrained, plan_training
 from workers.pipeline.solve import parse_upload
-from workers.pipeline.training_pairs import Pair, StoredSource
-from workers.pipeline.training_plan import plan_pairs
-from workers.pipeline.training_variants import Variant
+from workers.pipeline.training.planning import (
+    add_untrained,
+    plan_pairs,
+    plan_training,
+    plan_variants,
+)
 from workers.retrieval.untrained import untrained_model
 from workers.storage.models import Job
 from workers.storage.trained_models import (
@@ -28,6 +29,8 @@ from workers.storage.trained_models import (
     page_of_models,
     require_free_name,
 )
+from workers.training.examples import Pair, Variant
+from workers.training.sources import StoredSource
 
 router = APIRouter(prefix="/v1/models", tags=["models"])
 

@@ -18,11 +18,11 @@ from service.schemas.jobs import JOB_EXAMPLE, JobAnswer
 from service.schemas.models import MODEL_EXAMPLE, ModelAnswer
 from service.schemas.text import Answer, Body, Text
 from workers.geometry.preparation import DETAILED_EIGENPAIRS, LONGEST_LOOP, VIEW_NAMES
-from workers.pipeline.bank_plan import DEFAULT_CREATURES
-from workers.pipeline.training_plan import MOST_CREATURES, MOST_SHAPES, TrainingRequest
 from workers.retrieval.builtin import HEAT_TIME, SHAPE_DNA_EIGENVALUES
 from workers.training.bank import MOST_CHANNELS, POWER
 from workers.training.learning_options import LearningOptions
+from workers.training.planned_variants import DEFAULT_CREATURES
+from workers.training.request import MOST_CREATURES, MOST_SHAPES, TrainingRequest
 from workers.transformations import STRENGTHS, TRANSFORMATIONS
 
 DEFAULTS = LearningOptions()

@@ -16,10 +16,10 @@ import pytest
 from benchmarks.default_model import request_body
 from service.schemas.training import DEFAULT_VIEWS
 from tests.pipeline.trainings import begin_bank, definition, small_bench, work
-from workers.pipeline.training_plan import TrainingRequest
 from workers.storage.migrate import migrate
 from workers.storage.shipped_models import shipped_model, shipped_report
 from workers.training.bank import MOST_CHANNELS
+from workers.training.request import TrainingRequest
 
 SMALL = ("--creatures", "4", "-t", "noise", "-t", "scale", "--strength", "2", "--view", "closed")
 ROOT = Path(__file__).parent.parent.parent

@@ -23,7 +23,6 @@ from tests.pipeline.uploads import store_upload
 from workers.geometry.formats import write
 from workers.pipeline.outcome import Outcome, Verb
 from workers.pipeline.plans import plan_activation, query_part, unpack_part
-from workers.pipeline.training_plan import TrainingRequest
 from workers.pipeline.verbs import VERBS
 from workers.pipeline.workbench import Workbench
 from workers.storage.blobs import archive_key, mesh_key
@@ -31,6 +30,7 @@ from workers.storage.collections import create_collection, get_collection
 from workers.storage.jobs import create_job
 from workers.storage.migrate import migrate
 from workers.storage.parts import Claim
+from workers.training.request import TrainingRequest
 
 
 def pea(seed: int) -> bytes:

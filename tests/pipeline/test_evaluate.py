@@ -49,7 +49,7 @@ def test_an_evaluation_is_what_the_matrix_of_distances_says(park: Zoo) -> None:
     assert all(len(entry["top"]) == 4 and 1 <= entry["rank"] <= 4 for entry in ranks)
     row = park.job(job)
     assert (row.state, row.kind, row.collection) == ("succeeded", "evaluate", "zoo")
-    assert (row.done, row.total) == (22 * 2 + 18 * 3, 22 * 2 + 18 * 3)  # described, asked with
+    assert (row.done, row.total) == (22 * 2 + 18 * 3, 22 * 2 + 18 * 3)  # described, ranked
     assert park.blob_files() == []
 
 

@@ -24,16 +24,14 @@ from tests.pipeline.trainings import (
 )
 from workers.errors import BlobNotFoundError, ConflictError, NameTakenError, SpectrumError
 from workers.pipeline.outcome import Verb
-from workers.pipeline.pair import (
-    Learnt,
+from workers.pipeline.training.pair import (
+    MeasuredPair,
     compute_pair,
-    learnt_from,
     measure_pair,
     points_of_pair,
 )
-from workers.pipeline.plans import add_untrained
-from workers.pipeline.training_pairs import Pair
-from workers.pipeline.training_parts import PAIR, load_kept
+from workers.pipeline.training.planning import add_untrained
+from workers.pipeline.training.results import load_result
 from workers.pipeline.verbs import VERBS
 from workers.pipeline.work import run_part
 from workers.pipeline.workbench import Workbench
@@ -45,6 +43,7 @@ from workers.storage.migrate import migrate
 from workers.storage.models import Part
 from workers.storage.parts import Failure
 from workers.storage.trained_models import delete_model, load_model
+from workers.training.examples import Pair
 
 N_PAIRS = 6
 
@@ -87,7 +86,7 @@ def forget_pairs(bench: Workbench) -> None:
 def failing(error: Exception, *words: str) -> Mapping[str, Verb]:
     """Verbs with which the pairs fail whose name has one of these words."""
 
-    def fail(bench: Workbench, pair: Pair) -> Learnt:
+    def fail(bench: Workbench, pair: Pair) -> MeasuredPair:
         if any(word in pair.item for word in words):
             raise error
         return measure_pair(bench, pair)
@@ -267,14 +266,12 @@ def test_points_of_a_scaled_creature_correspond_exactly(bench: Workbench) -> Non
     scales = [pair for pair in plan(bench) if " scale " in pair.item]
     assert len(scales) == N_PAIRS // 2
     for pair in scales:
-        kept = load_kept(bench, PAIR, pair)
-        assert not isinstance(kept, Failure)
-        learnt = learnt_from(kept)
+        found = load_result(bench.blobs, pair)
+        assert not isinstance(found, Failure)
+        moments = MeasuredPair.from_arrays(found).moments
         points = points_of_pair(bench, pair)
-        ratio = learnt.moments.transformed_area / learnt.moments.area
-        assert_allclose(
-            learnt.moments.eigenvalues, learnt.moments.transformed_eigenvalues, rtol=0.05
-        )
+        ratio = moments.transformed_area / moments.area
+        assert_allclose(moments.eigenvalues, moments.transformed_eigenvalues, rtol=0.05)
         first = np.abs(points.points[:, 0])
         second = np.abs(points.transformed_points[:, 0]) * np.sqrt(ratio)
         assert_allclose(first, second, atol=0.02 * first.max())

@@ -26,13 +26,8 @@ from workers.errors import (
     ProteusError,
 )
 from workers.geometry.arrays import Float32Array
-from workers.pipeline.bank_plan import DEFAULT_CREATURES
 from workers.pipeline.outcome import Verb
-from workers.pipeline.train_bank import bank_shapes
-from workers.pipeline.training_pairs import CreatureSource
-from workers.pipeline.training_plan import TrainingRequest
-from workers.pipeline.training_variants import Variant
-from workers.pipeline.variant import compute_variant, describe_variant
+from workers.pipeline.training.variant import compute_variant, describe_variant
 from workers.pipeline.verbs import VERBS
 from workers.pipeline.work import run_part
 from workers.pipeline.workbench import Workbench
@@ -41,6 +36,11 @@ from workers.storage.migrate import migrate
 from workers.storage.models import Part
 from workers.storage.trained_models import load_model
 from workers.training.candidates import candidate_model
+from workers.training.copies import arrange_copies
+from workers.training.examples import Variant
+from workers.training.planned_variants import DEFAULT_CREATURES
+from workers.training.request import TrainingRequest
+from workers.training.sources import CreatureSource
 
 N_VARIANTS = 4 + 4 * 2
 CREATURES = TrainingRequest(transformations=("scale", "noise"), strengths=(2,), creatures=4)
@@ -290,7 +290,7 @@ def test_copies_of_a_shape_without_a_descriptor_are_left_out(bench: Workbench) -
     variants = plan_bank(bench, CREATURES)
     width = candidate_model(variants[0].views, power=0.25).dimension
     descriptors = [np.full(width, variant.number, dtype=np.float32) for variant in variants]
-    shapes = bank_shapes(variants[1:], descriptors[1:])
+    shapes = arrange_copies(variants[1:], descriptors[1:])
     assert shapes.names == tuple(variants[i].item for i in (3, 6, 9))
     assert shapes.truth.tolist() == [0, 0, 1, 1, 2, 2]
     assert shapes.queries[:, 0].tolist() == [4, 5, 7, 8, 10, 11]

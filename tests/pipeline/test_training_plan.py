@@ -21,8 +21,6 @@ from workers.errors import (
 )
 from workers.geometry.formats import write
 from workers.geometry.mesh import TriangleMesh
-from workers.pipeline.training_pairs import CreatureSource, Pair, Simulation
-from workers.pipeline.training_plan import TrainingRequest
 from workers.pipeline.workbench import Workbench
 from workers.storage.blobs import mesh_key
 from workers.storage.collections import create_collection, get_collection
@@ -30,6 +28,9 @@ from workers.storage.descriptors import store_descriptors
 from workers.storage.migrate import migrate
 from workers.storage.models import Part, Shape, TrainedModel
 from workers.storage.shapes import NewShape, create_shape
+from workers.training.examples import Pair
+from workers.training.request import TrainingRequest
+from workers.training.sources import CreatureSource, Simulation
 
 ZOO = TrainingRequest(collection="zoo", transformations=("noise", "scale"), strengths=(2, 1, 2))
 IN_ORDER = TrainingRequest(collection="zoo", correspondence="vertex-order")

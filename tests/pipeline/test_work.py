@@ -94,7 +94,7 @@ def test_a_bad_file_fails_with_its_reason_and_the_rest_goes_on(
 def test_the_same_bytes_have_the_same_descriptor_by_every_way(
     database: Database, blobs: BlobStore, settings: Settings, zoo: str, upload: Upload, work: Work
 ) -> None:
-    """Uploaded twice, asked with, and described again later from what is stored."""
+    """Uploaded twice, as a query, and described again later from what is stored."""
     data = potato(4)
     with database.begin() as session:
         create_collection(session, name="other", description="", model="commute-time")

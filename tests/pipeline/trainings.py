@@ -8,13 +8,9 @@ from typing import Any
 from sqlalchemy import select
 
 from workers.geometry.preparation import default_view
-from workers.pipeline.bank_plan import plan_variants
 from workers.pipeline.outcome import Verb
-from workers.pipeline.plans import plan_training
 from workers.pipeline.solve import parse_upload
-from workers.pipeline.training_pairs import Pair, StoredSource
-from workers.pipeline.training_plan import TrainingRequest, plan_pairs
-from workers.pipeline.training_variants import Variant
+from workers.pipeline.training.planning import plan_pairs, plan_training, plan_variants
 from workers.pipeline.verbs import VERBS
 from workers.pipeline.work import run_part
 from workers.pipeline.workbench import Workbench
@@ -24,7 +20,10 @@ from workers.storage.database import Database
 from workers.storage.jobs import get_job
 from workers.storage.models import Job, Part
 from workers.storage.trained_models import get_model
+from workers.training.examples import Pair, Variant
 from workers.training.learning_options import LearningOptions
+from workers.training.request import TrainingRequest
+from workers.training.sources import StoredSource
 
 CREATURES = TrainingRequest(transformations=("scale", "noise"), strengths=(3,), shapes=3)
 

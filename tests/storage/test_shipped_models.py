@@ -17,7 +17,6 @@ from workers.errors import InvalidRequestError
 from workers.geometry.preparation import PREPARATION_VERSION, named_view
 from workers.geometry.solution import solve
 from workers.geometry.spectrum import SOLVER_VERSION
-from workers.pipeline.training_variants import VARIANT_VERSION
 from workers.retrieval.builtin import DESCRIPTION_VERSION
 from workers.retrieval.model import describe
 from workers.storage.shipped_models import (
@@ -29,6 +28,7 @@ from workers.storage.shipped_models import (
 )
 from workers.training.bank import BANK_VERSION
 from workers.training.candidates import candidate_model
+from workers.training.examples import VARIANT_VERSION
 from workers.transformations import PAPER_TRANSFORMATIONS, TRANSFORMATION_VERSION
 
 

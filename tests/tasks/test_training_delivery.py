@@ -12,10 +12,10 @@ from sqlalchemy import func, select
 from tests.pipeline.trainings import begin_training, definition, small_bench, work
 from tests.servers import valkey_server
 from tests.tasks.test_delivery import Fleet, make_fleet
-from workers.pipeline.training_plan import TrainingRequest
 from workers.pipeline.workbench import Workbench
 from workers.storage.migrate import migrate
 from workers.storage.models import Part
+from workers.training.request import TrainingRequest
 
 pytestmark = [pytest.mark.server, pytest.mark.slow]
 REQUEST = TrainingRequest(transformations=("noise", "holes"), strengths=(1, 4), shapes=3)

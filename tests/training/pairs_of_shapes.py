@@ -8,7 +8,7 @@ import numpy as np
 from tests.meshes import bumpy_sphere, cylinder, icosphere, torus
 from workers.geometry.mesh import TriangleMesh
 from workers.geometry.spectrum import Spectrum, compute_spectrum
-from workers.training.pairs import PairMoments, pair_moments
+from workers.training.moments import PairMoments, pair_moments
 
 EIGENPAIRS = 40
 

@@ -18,6 +18,7 @@ from tests.training.pairs_of_shapes import (
 from workers.diffusion.kernels import (
     CommuteTimeKernel,
     HeatKernel,
+    Kernel,
     SplineKernel,
     TabulatedKernel,
     evaluate,
@@ -25,16 +26,27 @@ from workers.diffusion.kernels import (
 )
 from workers.diffusion.splines import SplineBasis
 from workers.errors import InsufficientTrainingDataError, InvalidRequestError
-from workers.training.learning import LearnedKernel, criterion_value, learn_kernel
+from workers.training.learning import LearnedKernel, learn_kernel
 from workers.training.learning_options import LearningOptions
+from workers.training.moments import CRITERIA, UNITS, PairMoments
 from workers.training.pair_statistics import ShapeMoments, pair_statistics, shape_moments
-from workers.training.pairs import CRITERIA, UNITS, PairMoments
 from workers.training.quotient import RIDGE, closed_form, nonnegative_minimum, numerator, quotient
+from workers.training.training_set import make_training_set
 
 Pairs = tuple[list[PairMoments], list[str]]
 FACTORS = (0.25, 0.5, 2.0, 4.0)
 UNRELATED_FACTORS = (0.3, 0.5, 2.0, 3.5)
 """Not powers of one number, which would tie each point of a grid to every seventh one only."""
+
+
+def criterion_value(
+    kernel: Kernel, moments: list[PairMoments], labels: list[str], *, unit: str
+) -> float:
+    """Criterion of eq. (7) for one kernel, with nothing held out."""
+    everything = make_training_set(
+        moments, labels, criterion=moments[0].criterion, unit=unit, hold_out=False
+    )
+    return float(everything.criteria(lambda values: evaluate(kernel, values)[:, None])[0])
 
 
 @pytest.fixture(scope="module", params=CRITERIA)

@@ -9,13 +9,13 @@ from workers.diffusion.splines import SplineBasis
 from workers.errors import InvalidRequestError
 from workers.geometry.arrays import FloatArray
 from workers.geometry.spectrum import Spectrum
+from workers.training.moments import CRITERIA, UNITS, PairMoments, pair_moments
 from workers.training.pair_statistics import (
     ShapeMoments,
     negatives_between,
     pair_statistics,
     shape_moments,
 )
-from workers.training.pairs import CRITERIA, UNITS, PairMoments, pair_moments
 
 POINTS = 30
 

@@ -23,6 +23,7 @@ def activate(_bench: Workbench, claim: Claim) -> Outcome:
     Parameters
     ----------
     bench : Workbench
+        Rows, blobs and settings.
     claim : Claim
         Its payload names the collection and the model.
 

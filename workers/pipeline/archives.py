@@ -106,8 +106,8 @@ def _opened(
 def _check_end_record(path: Path, settings: Settings) -> None:
     """Refuse a directory that is too long before anything reads it into memory.
 
-    Its length stands in the end record, and for archives of more than 4 GB or 65,535 entries in
-    another record before it.
+    The end record has its length. For archives of more than 4 GB or 65,535 entries, another record
+    before it does.
     """
     with path.open("rb") as file:
         start = max(0, path.stat().st_size - END_SEARCHED)

@@ -21,6 +21,7 @@ def commit(bench: Workbench, claim: Claim, outcome: Outcome) -> None:
     Parameters
     ----------
     bench : Workbench
+        Rows, blobs and settings.
     claim : Claim
         The part that this worker holds.
     outcome : Outcome
@@ -50,6 +51,7 @@ def commit_failure(bench: Workbench, claim: Claim, kind: str, detail: str) -> No
     Parameters
     ----------
     bench : Workbench
+        Rows, blobs and settings.
     claim : Claim
         The part that this worker holds.
     kind, detail : str

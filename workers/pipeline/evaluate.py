@@ -1,7 +1,7 @@
 """Models are measured on a collection: ranking, some queries a part, then the tables.
 
-The same frame and the same models have the same result, in whatever order parts are done and
-however often: rankings stand under keys of the frame they belong to.
+The same frame and the same models have the same result, in any order of the parts, and however
+often they are done: a ranking has a key of the frame that it belongs to.
 """
 
 import json
@@ -38,6 +38,7 @@ def evaluate(bench: Workbench, claim: Claim, *, queries_a_part: int = QUERIES_A_
     Parameters
     ----------
     bench : Workbench
+        Rows, blobs and settings.
     claim : Claim
         Its payload names the evaluation, the collection and the frame.
     queries_a_part : int
@@ -161,7 +162,7 @@ def _tables(frame: Frame, rankings: Mapping[str, Ranking]) -> tuple[Json, list[J
 
 
 def _grouped(left_out: Sequence[LeftOut]) -> list[dict[str, Any]]:
-    """Shapes that were not asked with, by reason."""
+    """Shapes that were no queries, by reason."""
     by_reason: dict[str, list[LeftOut]] = {}
     for one in left_out:
         by_reason.setdefault(one.reason, []).append(one)

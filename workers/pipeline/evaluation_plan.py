@@ -43,11 +43,22 @@ class Frame:
 
     @property
     def protocol(self) -> Protocol:
-        """Queries and targets; InvalidRequestError if there are none."""
+        """Queries and targets; InvalidRequestError without any."""
         return make_protocol(self.shapes)
 
     def restricted_to(self, ids: Members[str]) -> "Frame":
-        """The same without the shapes that cannot be compared under every model."""
+        """Leave out the shapes that cannot be compared under every model.
+
+        Parameters
+        ----------
+        ids : set of str
+            Of the shapes that stay.
+
+        Returns
+        -------
+        Frame
+            The others are named as left out.
+        """
         gone = [s for s in self.shapes if s.id not in ids]
         return Frame(
             tuple(shape for shape in self.shapes if shape.id in ids),
@@ -57,6 +68,18 @@ class Frame:
 
 def frame_to_evaluate(session: Session, request: EvaluationRequest) -> Frame:
     """Return what is to be compared, once it is certain that it can be.
+
+    Parameters
+    ----------
+    session : Session
+        An open transaction.
+    request : EvaluationRequest
+        What the client asks for.
+
+    Returns
+    -------
+    Frame
+        All shapes of the collection, with what they are called now.
 
     Raises
     ------
@@ -87,7 +110,22 @@ def frame_to_evaluate(session: Session, request: EvaluationRequest) -> Frame:
 
 
 def store_frame(blobs: BlobStore, evaluation_id: str, frame: Frame) -> str:
-    """Store a frame under its own digest, and return that."""
+    """Store a frame under its own digest.
+
+    Parameters
+    ----------
+    blobs : BlobStore
+        All stored bytes.
+    evaluation_id : str
+        Id of the evaluation that compares these shapes.
+    frame : Frame
+        What is compared.
+
+    Returns
+    -------
+    str
+        The digest, 32 hexadecimal digits.
+    """
     document = {
         "shapes": [astuple(shape) for shape in frame.shapes],
         "left_out": [astuple(one) for one in frame.left_out],
@@ -99,7 +137,27 @@ def store_frame(blobs: BlobStore, evaluation_id: str, frame: Frame) -> str:
 
 
 def load_frame(blobs: BlobStore, evaluation_id: str, digest: str) -> Frame:
-    """Return the frame with this digest; BlobNotFoundError if there is none."""
+    """Return a stored frame.
+
+    Parameters
+    ----------
+    blobs : BlobStore
+        All stored bytes.
+    evaluation_id : str
+        Id of the evaluation that compares these shapes.
+    digest : str
+        What `store_frame` returned.
+
+    Returns
+    -------
+    Frame
+        What is compared.
+
+    Raises
+    ------
+    BlobNotFoundError
+        No frame is stored under this digest.
+    """
     document = json.loads(blobs.get(frame_key(evaluation_id, digest)))
     return Frame(
         tuple(EvaluatedShape(*facts) for facts in document["shapes"]),
@@ -118,10 +176,18 @@ def plan_evaluation(
     Parameters
     ----------
     session : Session
+        An open transaction.
     request : EvaluationRequest
+        What the client asks for.
     evaluation_id : str
+        Of its row, which the caller draws.
     frame : str
         Digest of what is to be compared, stored already.
+
+    Returns
+    -------
+    (Evaluation, Job, list of Part)
+        The rows; the parts are to be sent after the commit.
 
     Raises
     ------

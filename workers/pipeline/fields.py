@@ -14,7 +14,23 @@ from workers.storage.solutions import load_cleaned, load_solution
 
 
 def vertex_signature(blobs: BlobStore, sha256: str, view: View, kernel: Kernel) -> Float32Array:
-    """k(x,x) at every vertex of the cleaned mesh, float32 (n,), in 1/area of the file's unit.
+    """k(x,x) at every vertex of the cleaned mesh.
+
+    Parameters
+    ----------
+    blobs : BlobStore
+        All stored bytes.
+    sha256 : str
+        Of the mesh as it was uploaded.
+    view : View
+        Under which it was solved.
+    kernel : Kernel
+        Gives K²(λ).
+
+    Returns
+    -------
+    (n,) float32
+        In 1/area of the file's unit.
 
     Raises
     ------
@@ -26,14 +42,30 @@ def vertex_signature(blobs: BlobStore, sha256: str, view: View, kernel: Kernel) 
 
 
 def vertex_eigenfunction(blobs: BlobStore, sha256: str, view: View, number: int) -> Float32Array:
-    """Eigenfunction at every vertex of the cleaned mesh, float32 (n,), in 1/length of the unit.
+    """Eigenfunction at every vertex of the cleaned mesh.
+
+    Parameters
+    ----------
+    blobs : BlobStore
+        All stored bytes.
+    sha256 : str
+        Of the mesh as it was uploaded.
+    view : View
+        Under which it was solved.
+    number : int
+        1 is that of the first nonzero eigenvalue.
+
+    Returns
+    -------
+    (n,) float32
+        In 1/length of the file's unit.
 
     Raises
     ------
     BlobNotFoundError
         The shape was not computed under this view.
     InvalidRequestError
-        There is none of this number, 1 being that of the first nonzero eigenvalue.
+        The number is below 1 or above the number of eigenpairs.
     """
     solution = load_solution(blobs, sha256, view)
     return _carried(blobs, sha256, solution, eigenfunction(solution.spectrum, number))

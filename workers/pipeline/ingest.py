@@ -45,6 +45,7 @@ def ingest(bench: Workbench, claim: Claim) -> Outcome:
     Parameters
     ----------
     bench : Workbench
+        Rows, blobs and settings.
     claim : Claim
         A part of this shape.
 

@@ -1,26 +1,35 @@
-"""Which parts a job has: the one place that knows kinds of parts and their payloads."""
+"""Which parts a job has: kinds of parts, their payloads and their queues."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
 
 from sqlalchemy.orm import Session
 
-from workers.pipeline.training_pairs import Pair
-from workers.pipeline.training_variants import Variant
-from workers.retrieval.model import Model
 from workers.settings import INGEST, LIGHT
 from workers.storage.collections import add_model, get_collection
 from workers.storage.descriptors import undescribed_shapes
 from workers.storage.jobs import NewPart, create_job
-from workers.storage.models import Job, Json, Part
-from workers.storage.trained_models import READY, TRAINING, create_model, load_model
+from workers.storage.models import Job, Part
+from workers.storage.trained_models import load_model
+from workers.training.examples import Example
 
 SHAPES_A_PART = 25
 QUERIES_A_PART = 250
 
 
 def ingest_part(shape_id: str) -> NewPart:
-    """Compute an uploaded shape until it can be found."""
+    """Compute an uploaded shape until it can be found.
+
+    Parameters
+    ----------
+    shape_id : str
+        Id of its row.
+
+    Returns
+    -------
+    NewPart
+        For workers that solve eigenproblems.
+    """
     return NewPart("ingest", INGEST, {}, shape_id=shape_id)
 
 
@@ -37,6 +46,7 @@ def unpack_part(
     Parameters
     ----------
     collection_id : str
+        Whose shapes they become.
     sha256 : str
         Of the archive's bytes.
     filename : str
@@ -89,14 +99,41 @@ def entry_parts(archive: Mapping[str, Any], entries: int, entries_a_part: int) -
 
 
 def query_part(sha256: str, model: str, filename: str) -> NewPart:
-    """Describe a mesh that was asked with."""
+    """Describe the mesh of a query.
+
+    Parameters
+    ----------
+    sha256 : str
+        Of the mesh's bytes.
+    model : str
+        Name of the model to describe it under.
+    filename : str
+        What people call the mesh.
+
+    Returns
+    -------
+    NewPart
+        For workers of what is quick, so that it overtakes uploads.
+    """
     return NewPart("query", LIGHT, {"sha256": sha256, "model": model, "filename": filename})
 
 
 def describe_parts(shape_ids: list[str], model: str, *, marks_shapes: bool = True) -> list[NewPart]:
-    """Describe shapes under a model from their stored spectra, some at a time.
+    """Describe shapes under a model from their stored spectra, some shapes a part.
 
-    ``marks_shapes`` says whether a shape that fails at it has failed, or only the job is told.
+    Parameters
+    ----------
+    shape_ids : list of str
+        Ids of their rows.
+    model : str
+        Name of the model to describe them under.
+    marks_shapes : bool
+        Whether a shape that fails gets an error of its own; otherwise only the job names it.
+
+    Returns
+    -------
+    list of NewPart
+        Each counts as many shapes as it describes.
     """
     chunks = [
         shape_ids[start : start + SHAPES_A_PART]
@@ -114,12 +151,38 @@ def describe_parts(shape_ids: list[str], model: str, *, marks_shapes: bool = Tru
 
 
 def activate_part(collection_id: str, model: str) -> NewPart:
-    """Move a collection to a model once nothing is undescribed under it."""
+    """Move a collection to a model once every shape is described under it.
+
+    Parameters
+    ----------
+    collection_id : str
+        Id of its row.
+    model : str
+        Name of the model.
+
+    Returns
+    -------
+    NewPart
+        It adds nothing to the progress.
+    """
     return NewPart("activate", LIGHT, {"collection_id": collection_id, "model": model}, weight=0)
 
 
 def evaluate_part(evaluation_id: str, collection_id: str, frame: str) -> NewPart:
-    """Rank the shapes of a frame under every model, or put the rankings into tables."""
+    """Have the queries of a frame ranked, or put the rankings into tables.
+
+    Parameters
+    ----------
+    evaluation_id, collection_id : str
+        Ids of their rows.
+    frame : str
+        Digest of what is compared.
+
+    Returns
+    -------
+    NewPart
+        It adds nothing to the progress.
+    """
     payload = {"evaluation_id": evaluation_id, "collection_id": collection_id, "frame": frame}
     return NewPart("evaluate", LIGHT, payload, weight=0)
 
@@ -180,85 +243,70 @@ def query_ranges(queries: int, queries_a_part: int = QUERIES_A_PART) -> list[tup
     return [(start, min(start + queries_a_part, queries)) for start in starts]
 
 
-def pair_part(pair: Pair) -> NewPart:
-    """Solve a shape and a transformation of it, and take their moments."""
-    return NewPart("pair", INGEST, pair.to_payload())
+def example_part(example: Example) -> NewPart:
+    """Compute what is learned of a pair or a variant.
+
+    Parameters
+    ----------
+    example : Example
+        It becomes the payload.
+
+    Returns
+    -------
+    NewPart
+        For workers that solve eigenproblems.
+    """
+    return NewPart(example.kind, INGEST, example.to_payload())
 
 
 def fit_part(model: str) -> NewPart:
-    """Learn a kernel from the moments of all pairs."""
+    """Learn a kernel from the moments of all pairs.
+
+    Parameters
+    ----------
+    model : str
+        Name of the model that it becomes.
+
+    Returns
+    -------
+    NewPart
+        It adds nothing to the progress.
+    """
     return NewPart("fit", LIGHT, {"model": model, "item": model}, weight=0)
 
 
-def variant_part(variant: Variant) -> NewPart:
-    """Describe a shape, or a transformed copy of it, under every candidate channel."""
-    return NewPart("variant", INGEST, variant.to_payload())
-
-
 def fit_bank_part(model: str) -> NewPart:
-    """Choose and weigh channels by the descriptors of all variants."""
+    """Choose and weigh channels by the descriptors of all variants.
+
+    Parameters
+    ----------
+    model : str
+        Name of the model that they become.
+
+    Returns
+    -------
+    NewPart
+        It adds nothing to the progress.
+    """
     return NewPart("fit-bank", LIGHT, {"model": model, "item": model}, weight=0)
-
-
-def plan_training(
-    session: Session,
-    *,
-    name: str,
-    method: str,
-    parameters: Json,
-    training: Json,
-    pairs: Sequence[Pair] = (),
-    variants: Sequence[Variant] = (),
-) -> tuple[Job, list[Part]]:
-    """Make a model that is in training, and the job that trains it.
-
-    A kernel is learned from pairs, a bank from variants.
-
-    Raises
-    ------
-    NameTakenError
-        There is a model of this name.
-    """
-    job, parts = create_job(
-        session,
-        kind="train",
-        unit="variants" if variants else "pairs",
-        parts=[*map(pair_part, pairs), *map(variant_part, variants)],
-        collection=training["collection"],
-        model=name,
-        finale=fit_bank_part(name) if variants else fit_part(name),
-    )
-    definition = {"parameters": parameters, "training": training}
-    create_model(
-        session, name=name, method=method, state=TRAINING, definition=definition, job_id=job.id
-    )
-    return job, parts
-
-
-def add_untrained(session: Session, model: Model) -> Job:
-    """Make a model that is ready at once; its job has succeeded already.
-
-    Raises
-    ------
-    NameTakenError
-        There is a model of this name.
-    """
-    job, _ = create_job(session, kind="train", unit="pairs", model=model.name)
-    create_model(
-        session,
-        name=model.name,
-        method=model.method,
-        state=READY,
-        definition=model.to_json(),
-        job_id=job.id,
-    )
-    return job
 
 
 def plan_activation(session: Session, collection: str, model: str) -> tuple[Job, list[Part]]:
     """Make the job that describes a collection under a model and then moves it there.
 
     From the commit on, uploads are described under both.
+
+    Parameters
+    ----------
+    session : Session
+        An open transaction.
+    collection, model : str
+        Their names.
+
+    Returns
+    -------
+    (Job, list of Part)
+        The parts are to be sent after the commit.
 
     Raises
     ------

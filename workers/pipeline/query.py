@@ -21,6 +21,7 @@ def answer_query(bench: Workbench, claim: Claim) -> Outcome:
     Parameters
     ----------
     bench : Workbench
+        Rows, blobs and settings.
     claim : Claim
         Its payload names the mesh, its file and the model.
 

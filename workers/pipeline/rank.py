@@ -28,6 +28,7 @@ def rank(bench: Workbench, claim: Claim) -> Outcome:
     Parameters
     ----------
     bench : Workbench
+        Rows, blobs and settings.
     claim : Claim
         Its payload names the evaluation, the frame, the model and the range of queries.
 
@@ -66,7 +67,7 @@ def rank(bench: Workbench, claim: Claim) -> Outcome:
 def _descriptors(
     session: Session, protocol: Protocol, model: Model, collection_id: str
 ) -> Float32Array | None:
-    """Descriptors (n, d) of the protocol's shapes; None if one of them has none any more."""
+    """Descriptors (n, d) of the protocol's shapes; None if one of them was deleted."""
     place = {shape.id: i for i, shape in enumerate(protocol.shapes)}
     matrix = np.empty((len(place), model.dimension), dtype=np.float32)
     missing = set(place)

@@ -29,9 +29,11 @@ def describe_stored(bench: Workbench, shape: Shape, model: Model) -> Float32Arra
     Parameters
     ----------
     bench : Workbench
+        Rows, blobs and settings.
     shape : Shape
         Its row.
     model : Model
+        How shapes are described.
 
     Returns
     -------
@@ -56,12 +58,13 @@ def redescribe(
 ) -> Outcome:
     """Describe some shapes under a model; a shape that fails is named, the others go on.
 
-    An evaluation asks not to mark shapes, since its collection does not follow the model: then a
-    failure leaves no error on the shape, and a success removes none.
+    An evaluation asks not to mark shapes, since its collection does not follow the model. Then a
+    failure leaves no error on the shape, and a success removes no error.
 
     Parameters
     ----------
     bench : Workbench
+        Rows, blobs and settings.
     claim : Claim
         Its payload names the shapes and the model, and says whether shapes are marked.
     describe_shape : callable

@@ -35,10 +35,26 @@ class ReadMesh:
 def read_mesh(blobs: BlobStore, sha256: str, *, filename: str, settings: Settings) -> ReadMesh:
     """Parse and clean uploaded bytes.
 
+    Parameters
+    ----------
+    blobs : BlobStore
+        All stored bytes.
+    sha256 : str
+        Of the mesh as it was uploaded.
+    filename : str
+        Of the file; it matters only where the bytes do not say their format.
+    settings : Settings
+        They limit vertices and faces.
+
+    Returns
+    -------
+    ReadMesh
+        The cleaned mesh, and what was repaired.
+
     Raises
     ------
     InvalidMeshError, UnsupportedFormatError, UploadTooLargeError
-        What was uploaded is no mesh that can be used.
+        The bytes hold no mesh that can be used.
     """
     parsed = parse_upload(blobs, sha256, filename=filename, settings=settings)
     cleaned = clean(parsed.mesh)
@@ -48,10 +64,26 @@ def read_mesh(blobs: BlobStore, sha256: str, *, filename: str, settings: Setting
 def parse_upload(blobs: BlobStore, sha256: str, *, filename: str, settings: Settings) -> ParsedMesh:
     """Parse uploaded bytes; the vertices are in the order of the file.
 
+    Parameters
+    ----------
+    blobs : BlobStore
+        All stored bytes.
+    sha256 : str
+        Of the mesh as it was uploaded.
+    filename : str
+        Of the file; it matters only where the bytes do not say their format.
+    settings : Settings
+        They limit vertices and faces.
+
+    Returns
+    -------
+    ParsedMesh
+        The mesh, its format, and which axis points up.
+
     Raises
     ------
     InvalidMeshError, UnsupportedFormatError, UploadTooLargeError
-        What was uploaded is no mesh that can be used.
+        The bytes hold no mesh that can be used.
     """
     limits = MeshLimits(vertices=settings.max_vertices, faces=settings.max_faces)
     return parse(blobs.get(mesh_key(sha256)), filename=filename, limits=limits)
@@ -59,6 +91,22 @@ def parse_upload(blobs: BlobStore, sha256: str, *, filename: str, settings: Sett
 
 def solve_view(blobs: BlobStore, sha256: str, mesh: TriangleMesh, view: View) -> Solution:
     """Return a cleaned mesh's solution under a view, solved only if nothing is stored.
+
+    Parameters
+    ----------
+    blobs : BlobStore
+        All stored bytes.
+    sha256 : str
+        Of the mesh as it was uploaded.
+    mesh : TriangleMesh
+        The cleaned mesh.
+    view : View
+        How it is prepared.
+
+    Returns
+    -------
+    Solution
+        As it is stored, so that it does not matter who solved it first.
 
     Raises
     ------
@@ -74,7 +122,23 @@ def solve_view(blobs: BlobStore, sha256: str, mesh: TriangleMesh, view: View) ->
 def describe_mesh(
     blobs: BlobStore, sha256: str, mesh: TriangleMesh, models: Sequence[Model]
 ) -> dict[str, Float32Array]:
-    """Descriptors of a cleaned mesh by model name; a view is solved once for all models.
+    """Describe a cleaned mesh; a view is solved once for all models.
+
+    Parameters
+    ----------
+    blobs : BlobStore
+        All stored bytes.
+    sha256 : str
+        Of the mesh as it was uploaded.
+    mesh : TriangleMesh
+        The cleaned mesh.
+    models : sequence of Model
+        Under which it is described.
+
+    Returns
+    -------
+    dict of str to (d,) float32
+        Descriptors by model name.
 
     Raises
     ------
@@ -89,7 +153,7 @@ def describe_mesh(
 
 @dataclass(frozen=True)
 class Described:
-    """Descriptors by model name, and why there is none under the other models."""
+    """Descriptors by model name, and errors by the names of the other models."""
 
     vectors: Mapping[str, Float32Array]
     errors: Mapping[str, ProteusError]
@@ -98,7 +162,24 @@ class Described:
 def describe_under_each(
     blobs: BlobStore, sha256: str, mesh: TriangleMesh, models: Sequence[Model]
 ) -> Described:
-    """Descriptors of a cleaned mesh under each model that it can be described under."""
+    """Describe a cleaned mesh under each model that it can be described under.
+
+    Parameters
+    ----------
+    blobs : BlobStore
+        All stored bytes.
+    sha256 : str
+        Of the mesh as it was uploaded.
+    mesh : TriangleMesh
+        The cleaned mesh.
+    models : sequence of Model
+        Under which it is described.
+
+    Returns
+    -------
+    Described
+        Its descriptors, and the errors of the other models.
+    """
     solutions: dict[str, Solution] = {}
     vectors: dict[str, Float32Array] = {}
     errors: dict[str, ProteusError] = {}

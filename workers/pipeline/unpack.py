@@ -35,6 +35,7 @@ def unpack(bench: Workbench, claim: Claim, *, entries_a_part: int = ENTRIES_A_PA
     Parameters
     ----------
     bench : Workbench
+        Rows, blobs and settings.
     claim : Claim
         Its payload names the archive, its collection, and the range of entries if there is one.
     entries_a_part : int

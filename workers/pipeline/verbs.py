@@ -11,14 +11,14 @@ from workers.pipeline.activate import activate
 from workers.pipeline.evaluate import evaluate
 from workers.pipeline.ingest import ingest
 from workers.pipeline.outcome import Verb
-from workers.pipeline.pair import compute_pair
 from workers.pipeline.query import answer_query
 from workers.pipeline.rank import rank
 from workers.pipeline.redescribe import redescribe
-from workers.pipeline.train import fit
-from workers.pipeline.train_bank import fit_bank
+from workers.pipeline.training.fit_bank import fit_bank
+from workers.pipeline.training.fit_kernel import fit_kernel
+from workers.pipeline.training.pair import compute_pair
+from workers.pipeline.training.variant import compute_variant
 from workers.pipeline.unpack import unpack
-from workers.pipeline.variant import compute_variant
 
 VERBS: Mapping[str, Verb] = {
     "ingest": ingest,
@@ -27,7 +27,7 @@ VERBS: Mapping[str, Verb] = {
     "describe": redescribe,
     "activate": activate,
     "pair": compute_pair,
-    "fit": fit,
+    "fit": fit_kernel,
     "variant": compute_variant,
     "fit-bank": fit_bank,
     "rank": rank,

@@ -28,6 +28,7 @@ def run_part(
     Parameters
     ----------
     bench : Workbench
+        Rows, blobs and settings.
     part_id : str
         Id of the part's row; without such a row there is nothing to do.
     message : str
@@ -63,6 +64,7 @@ def run_claim(bench: Workbench, claim: Claim, *, verbs: Mapping[str, Verb] = VER
     Parameters
     ----------
     bench : Workbench
+        Rows, blobs and settings.
     claim : Claim
         The part that this worker holds.
     verbs : mapping of str to Verb
@@ -97,13 +99,16 @@ def run_pending(
     *,
     verbs: Mapping[str, Verb] = VERBS,
 ) -> int:
-    """Run queued parts in this process until there are none.
+    """Run queued parts in this process until nothing is queued.
 
     Parameters
     ----------
     database : Database
+        All rows.
     blobs : BlobStore
+        All stored bytes.
     settings : Settings
+        Of the service.
     verbs : mapping of str to Verb
         What does each kind of part.
 

@@ -1,6 +1,6 @@
 """Rows of jobs: making, reading, cancelling and retrying them.
 
-How workers claim and finish their parts stands in ``parts``.
+`workers.storage.parts` says how workers claim and end their parts.
 """
 
 import time
@@ -43,7 +43,18 @@ class NewPart:
 
 
 def part_to_json(part: NewPart) -> dict[str, Any]:
-    """Write a part that is to be queued later; ``NewPart(**...)`` reads it."""
+    """Write a part that is to be queued later.
+
+    Parameters
+    ----------
+    part : NewPart
+        Work to be queued.
+
+    Returns
+    -------
+    dict
+        Plain JSON; ``NewPart(**...)`` reads it.
+    """
     return dict(vars(part), payload=dict(part.payload))
 
 
@@ -62,14 +73,25 @@ def create_job(
 
     Parameters
     ----------
+    session : Session
+        An open transaction.
+    kind : str
+        What the job does, as its client reads it.
+    unit : str
+        What its progress counts.
+    parts : iterable of NewPart
+        Its work.
     done : int
         Progress that was there before: shapes that existed already.
+    collection, model : str, optional
+        Names of what the job works on.
     finale : NewPart, optional
         Queued when all other parts have ended.
 
     Returns
     -------
-    The job's row and the rows of its parts, to be dispatched after the commit.
+    (Job, list of Part)
+        Their rows; the parts are to be sent after the commit.
     """
     now = time.time()
     job = Job(
@@ -97,7 +119,22 @@ def create_job(
 
 
 def add_parts(session: Session, job: Job, parts: Iterable[NewPart]) -> list[Part]:
-    """Queue further parts of a job."""
+    """Queue further parts of a job.
+
+    Parameters
+    ----------
+    session : Session
+        An open transaction.
+    job : Job
+        Its row, locked.
+    parts : iterable of NewPart
+        Further work.
+
+    Returns
+    -------
+    list of Part
+        Their rows, to be sent after the commit.
+    """
     now = time.time()
     rows = [
         Part(
@@ -121,7 +158,20 @@ def add_parts(session: Session, job: Job, parts: Iterable[NewPart]) -> list[Part
 
 
 def end_if_all_ended(session: Session, job: Job) -> list[Part]:
-    """Queue the finale, or end the job, once no part is open; its row must be locked."""
+    """Queue the finale, or end the job, once no part is open.
+
+    Parameters
+    ----------
+    session : Session
+        An open transaction.
+    job : Job
+        Its row, locked.
+
+    Returns
+    -------
+    list of Part
+        The finale, if it was queued.
+    """
     parts = (Part.job_id == job.id, Part.state.in_(OPEN))
     if session.scalar(select(func.count()).select_from(Part).where(*parts)):
         return []
@@ -141,7 +191,21 @@ def _failed_uncounted(session: Session, job: Job) -> bool:
 
 
 def get_job(session: Session, job_id: str, *, lock: bool = False) -> Job:
-    """Return a job; ``lock`` holds its row until the commit.
+    """Return a job.
+
+    Parameters
+    ----------
+    session : Session
+        An open transaction.
+    job_id : str
+        Id of its row.
+    lock : bool
+        Whether its row is held until the commit.
+
+    Returns
+    -------
+    Job
+        Its row.
 
     Raises
     ------
@@ -163,7 +227,24 @@ def page_of_jobs(
     state: str | None = None,
     collection: str | None = None,
 ) -> Page[Job]:
-    """Jobs, the newest first."""
+    """List jobs, the newest first.
+
+    Parameters
+    ----------
+    session : Session
+        An open transaction.
+    limit : int
+        At most so many.
+    cursor : str or None
+        Where the page before this one ended.
+    kind, state, collection : str, optional
+        Only jobs that have these.
+
+    Returns
+    -------
+    Page of Job
+        With the cursor of the next page.
+    """
     statement = select(Job).order_by(Job.id.desc()).limit(limit + 1)
     for column, value in ((Job.kind, kind), (Job.state, state), (Job.collection, collection)):
         if value is not None:
@@ -174,7 +255,19 @@ def page_of_jobs(
 
 
 def cancel_job(session: Session, job_id: str) -> Job:
-    """End a job now: what waits is never begun, what runs can no longer store anything.
+    """End a job now: what waits does not start, and what runs can no longer store anything.
+
+    Parameters
+    ----------
+    session : Session
+        An open transaction.
+    job_id : str
+        Id of its row.
+
+    Returns
+    -------
+    Job
+        Its row.
 
     Raises
     ------
@@ -201,12 +294,24 @@ def cancel_job(session: Session, job_id: str) -> Job:
 
 
 def retry_job(session: Session, job_id: str) -> tuple[Job, list[Part]]:
-    """Queue again what failed or was cancelled; returns the parts to dispatch.
+    """Queue again what failed or was cancelled.
+
+    Parameters
+    ----------
+    session : Session
+        An open transaction.
+    job_id : str
+        Id of its row.
+
+    Returns
+    -------
+    (Job, list of Part)
+        The parts are to be sent after the commit.
 
     Raises
     ------
     JobNotFoundError, ConflictError
-        There is none with this id; it is still at work; nothing in it failed.
+        No job has this id; it has not ended; nothing in it failed.
     """
     job = get_job(session, job_id, lock=True)
     if job.state not in ENDED:

@@ -1,8 +1,8 @@
-"""How a part of a job is claimed, kept, finished or lost: the engine below all tasks.
+"""How a part of a job is claimed, held, finished or lost.
 
-A message only wakes a worker. The worker claims the part with one conditional update, its
-parent renews the lease, and the result is stored in the same transaction that finishes the
-part, fenced by the owner that the claim drew: whoever lost the lease stores nothing.
+A message only wakes a worker. The worker claims the part with one conditional update, and its
+parent renews the lease. The result is stored in the transaction that ends the part. Each claim
+draws a new owner, which that transaction compares: whoever lost the lease stores nothing.
 Locks are taken in one order everywhere: job, part, collection, shape, counter.
 Times are given by the caller, in seconds since 1970; a fleet's clocks may differ by less
 than a lease.
@@ -56,14 +56,46 @@ class Failure:
 
 
 def item_of(kind: str, payload: Mapping[str, Any]) -> str:
-    """What a part that is of no shape is called where it failed."""
+    """Name a part that is of no shape, for the list of what failed.
+
+    Parameters
+    ----------
+    kind : str
+        Kind of the part.
+    payload : mapping of str
+        Of the part.
+
+    Returns
+    -------
+    str
+        Its item, or its file, or else its kind.
+    """
     return str(payload.get("item") or payload.get("filename") or kind)
 
 
 def claim_part(
     session: Session, part_id: str, *, message: str, now: float, lease_seconds: float
 ) -> Claim | None:
-    """Claim a part that is queued, or whose lease ran out; None if there is nothing to do."""
+    """Claim a part that is queued, or whose lease ran out.
+
+    Parameters
+    ----------
+    session : Session
+        An open transaction.
+    part_id : str
+        Id of the part's row.
+    message : str
+        Id of the message whose process works on it.
+    now : float
+        Seconds since 1970.
+    lease_seconds : float
+        How long the claim stands unless it is renewed.
+
+    Returns
+    -------
+    Claim or None
+        None if somebody else works on it, or it has ended, or its row is gone.
+    """
     job_id = session.scalar(select(Part.job_id).where(Part.id == part_id))
     if job_id is None:
         return None
@@ -92,7 +124,22 @@ def claim_part(
 
 
 def renew_leases(session: Session, messages: Iterable[str], *, until: float) -> int:
-    """Lengthen the leases of parts whose messages are being worked on; returns how many."""
+    """Lengthen the leases of parts whose messages are being worked on.
+
+    Parameters
+    ----------
+    session : Session
+        An open transaction.
+    messages : iterable of str
+        Ids of the messages.
+    until : float
+        When the leases end, in seconds since 1970.
+
+    Returns
+    -------
+    int
+        How many leases were renewed.
+    """
     ids = list(messages)
     if not ids:
         return 0
@@ -106,7 +153,19 @@ def renew_leases(session: Session, messages: Iterable[str], *, until: float) -> 
 
 
 def hold_lease(session: Session, claim: Claim) -> Job:
-    """Make sure, until the commit, that the claim still stands; returns its job, locked.
+    """Make sure, until the commit, that the claim still stands.
+
+    Parameters
+    ----------
+    session : Session
+        An open transaction.
+    claim : Claim
+        The part that this worker holds.
+
+    Returns
+    -------
+    Job
+        The part's job; its row and that of the part are locked.
 
     Raises
     ------
@@ -137,6 +196,7 @@ def finish_part(
     Parameters
     ----------
     session : Session
+        An open transaction.
     claim : Claim
         The part that this worker holds.
     failure : Failure, optional
@@ -196,7 +256,22 @@ def _queue_again(session: Session, job: Job, part_ids: Sequence[str]) -> list[Pa
 
 
 def release_part(session: Session, claim: Claim, *, now: float) -> None:
-    """Give a part back to the queue, as if it had not been claimed but for its attempts."""
+    """Give a part back to the queue; only its attempts show that it was claimed.
+
+    Parameters
+    ----------
+    session : Session
+        An open transaction.
+    claim : Claim
+        The part that this worker holds.
+    now : float
+        Seconds since 1970.
+
+    Raises
+    ------
+    LeaseLostError
+        The claim stands no longer.
+    """
     hold_lease(session, claim)
     session.execute(
         update(Part)
@@ -208,7 +283,24 @@ def release_part(session: Session, claim: Claim, *, now: float) -> None:
 def parts_to_send(
     session: Session, *, now: float, resend_seconds: float, limit: int = 500
 ) -> list[Part]:
-    """Parts that nobody seems to know of: long unheard, or with a lease that ran out."""
+    """Find parts that nobody seems to work on: sent long ago, or with a lease that ran out.
+
+    Parameters
+    ----------
+    session : Session
+        An open transaction.
+    now : float
+        Seconds since 1970.
+    resend_seconds : float
+        How long a queued part may wait before its message counts as lost.
+    limit : int
+        At most so many parts.
+
+    Returns
+    -------
+    list of Part
+        The oldest first.
+    """
     lost = or_(
         (Part.state == "queued") & (Part.sent_at < now - resend_seconds),
         (Part.state == "running") & (Part.lease_until < now),
@@ -217,12 +309,39 @@ def parts_to_send(
 
 
 def mark_sent(session: Session, part_ids: Sequence[str], *, now: float) -> None:
-    """Note that the parts' messages were sent just now."""
+    """Note that the parts' messages were sent just now.
+
+    Parameters
+    ----------
+    session : Session
+        An open transaction.
+    part_ids : sequence of str
+        Ids of their rows.
+    now : float
+        Seconds since 1970.
+    """
     session.execute(update(Part).where(Part.id.in_(part_ids)).values(sent_at=now))
 
 
 def fail_exhausted(session: Session, part_id: str, *, now: float, max_attempts: int) -> list[Part]:
-    """Fail a part whose workers died as often as is allowed; returns parts to dispatch."""
+    """Fail a part whose workers died as often as is allowed.
+
+    Parameters
+    ----------
+    session : Session
+        An open transaction.
+    part_id : str
+        Id of the part's row.
+    now : float
+        Seconds since 1970.
+    max_attempts : int
+        How often a part may be claimed.
+
+    Returns
+    -------
+    list of Part
+        What is to be sent after the commit: the job's finale, if this was its last part.
+    """
     exhausted = select(Part).where(
         Part.id == part_id,
         Part.state == "running",

@@ -1,4 +1,4 @@
-"""What Celery is told, and why."""
+"""How Celery is configured, and why."""
 
 from typing import Any
 
@@ -9,11 +9,21 @@ from workers.settings import QUEUES, Settings
 
 
 def make_celery(settings: Settings) -> Celery:
-    """Make the application for these settings.
+    """Make the Celery application for these settings.
 
-    There is no result backend: results are rows. Messages are acknowledged late and prefetched
-    one a process; a message that is lost, doubled or late does no harm, since the row's lease
-    decides. The queues are served in the order given, so that a question overtakes uploads.
+    There is no result backend: results are rows. Messages are acknowledged late, and each process
+    prefetches one. A message that is lost, doubled or late does no harm, since the row's lease
+    decides. The queues are served in the order given, so that a query overtakes uploads.
+
+    Parameters
+    ----------
+    settings : Settings
+        They name the broker, its queues, and the limits of a task.
+
+    Returns
+    -------
+    Celery
+        It carries the settings as its attribute ``settings``.
     """
     celery = Celery(
         "proteus",

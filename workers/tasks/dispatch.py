@@ -1,4 +1,4 @@
-"""Wakes workers for parts that were committed; to fail at it loses nothing."""
+"""Wakes workers for parts that were committed; a message that is lost is sent again later."""
 
 from collections.abc import Sequence
 
@@ -29,7 +29,13 @@ class Dispatcher:
         self._celery = make_celery(settings) if celery is None else celery
 
     def send(self, parts: Sequence[Part]) -> None:
-        """Send a message for each part; never raises, since the rows are committed."""
+        """Send a message for each part; it never raises, since the rows are committed.
+
+        Parameters
+        ----------
+        parts : sequence of Part
+            Their rows.
+        """
         if not parts:
             return
         try:
@@ -46,13 +52,24 @@ class Dispatcher:
             log.warning("broker unreachable, the sweeper will send", error=str(error)[:200])
 
     def waiting(self, queue: str) -> int | None:
-        """How many messages wait in a queue; None if the broker does not say."""
+        """Count the messages that wait in a queue.
+
+        Parameters
+        ----------
+        queue : str
+            One of `workers.settings.QUEUES`.
+
+        Returns
+        -------
+        int or None
+            None if the broker does not answer.
+        """
         try:
             with self._celery.connection_for_read() as connection:
                 name = self._settings.queue_name(queue)
                 return int(connection.default_channel.client.llen(name))
-        except Exception as error:  # any failure of the broker's client means "does not say"
-            log.debug("broker does not say", error=str(error)[:200])
+        except Exception as error:  # any failure of the broker's client means "does not answer"
+            log.debug("broker does not answer", error=str(error)[:200])
             return None
 
     def forget_queues(self) -> None:
@@ -62,7 +79,13 @@ class Dispatcher:
                 connection.default_channel.client.delete(self._settings.queue_name(queue))
 
     def broker_alive(self) -> bool:
-        """Whether the broker answers."""
+        """Whether the broker answers.
+
+        Returns
+        -------
+        bool
+            True if it answers.
+        """
         return self.waiting(LIGHT) is not None
 
     def close(self) -> None:

@@ -16,7 +16,13 @@ from workers.tasks.dispatch import Dispatcher
 
 @cache
 def workbench() -> Workbench:
-    """What this process works with, opened at its first task."""
+    """What this process works with, opened at its first task.
+
+    Returns
+    -------
+    Workbench
+        The same for every task.
+    """
     settings: Settings = app.settings
     return Workbench(
         database=Database(settings.resolved_database_url),
@@ -28,5 +34,11 @@ def workbench() -> Workbench:
 
 @app.task(bind=True, name="workers.tasks.run.run_part_task")
 def run_part_task(self: Task[Any, Any], part_id: str) -> None:
-    """Do one part of a job."""
+    """Do one part of a job.
+
+    Parameters
+    ----------
+    part_id : str
+        Id of the part's row.
+    """
     run_part(workbench(), part_id, message=str(self.request.id))

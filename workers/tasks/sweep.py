@@ -62,14 +62,24 @@ class Keeper(threading.Thread):
 
 
 def sweep(settings: Settings, database: Database, dispatcher: Dispatcher) -> int:
-    """Send again what nobody seems to know of, and fail what cannot be done.
+    """Send again the parts that nobody seems to work on, and fail those tried too often.
 
     A queue that holds as many messages as there are queued parts has lost none: a long backlog
     is not sent twice.
 
+    Parameters
+    ----------
+    settings : Settings
+        They say how long a message may take, and how often a part is tried.
+    database : Database
+        All rows.
+    dispatcher : Dispatcher
+        Sends the messages.
+
     Returns
     -------
-    How many messages were sent.
+    int
+        How many messages were sent.
     """
     now = time.time()
     with database.read() as session:

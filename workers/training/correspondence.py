@@ -62,9 +62,9 @@ def corresponding_points(
 ) -> CorrespondingPoints:
     """Find the sample points of a transformation on the shape that it was made of.
 
-    A sample point goes to the closest one of the transformed mesh, from there by the vertices'
-    numbers to the original mesh, and to the closest point of the shape's working mesh. Working
-    meshes are simplified, and holes of theirs are closed: a point that is moved by more than
+    A sample point goes to the closest point of the transformed mesh. From there the vertices'
+    numbers lead to the original mesh, and then to the closest point of the shape's working mesh.
+    Working meshes are simplified, and their holes are closed. So a point that is moved by more than
     2 % of √area on the way corresponds to nothing and is left out.
 
     Parameters
@@ -73,6 +73,11 @@ def corresponding_points(
         The shape X and its transformation Y.
     origin : (n',) int64
         Vertex of X's mesh that each vertex of Y's mesh corresponds to.
+
+    Returns
+    -------
+    CorrespondingPoints
+        Eigenfunctions of both at the points that are left.
 
     Raises
     ------

@@ -16,18 +16,38 @@ _PRECISION = 1e-5  # relative, of the time
 
 
 def candidate_times(low: float, high: float, count: int = COARSE_TIMES) -> FloatArray:
-    """Times (r,), even in their logarithm, between which K² passes from flat to all but gone.
+    """Times, even in their logarithm, between which K² goes from constant to nearly 0.
 
     Parameters
     ----------
     low, high : float
         Smallest and largest eigenvalue.
+    count : int
+        How many times.
+
+    Returns
+    -------
+    (count,) float64
+        Rising, in 1 / unit of the eigenvalues.
     """
     return np.geomspace(0.01 / high, 10.0 / low, count)
 
 
 def heat_columns(times: FloatArray, low: float) -> Callable[[FloatArray], FloatArray]:
-    """Functions exp(-2t(λ - low)), (k, r): heat kernels up to factors, none of which underflows."""
+    """Functions exp(-2t(λ - low)): heat kernels up to factors that keep them from underflow.
+
+    Parameters
+    ----------
+    times : (r,) float64
+        In 1 / unit of the eigenvalues.
+    low : float
+        Smallest eigenvalue.
+
+    Returns
+    -------
+    callable
+        From eigenvalues (k,) to (k, r) float64.
+    """
 
     def columns(eigenvalues: FloatArray) -> FloatArray:
         values: FloatArray = np.exp(-2.0 * np.outer(eigenvalues - low, times))
@@ -43,8 +63,14 @@ def best_heat_time(criterion: Criterion, low: float, high: float) -> float:
     Parameters
     ----------
     criterion : callable
+        Eq. (7) of the heat kernel at each time.
     low, high : float
         Smallest and largest eigenvalue.
+
+    Returns
+    -------
+    float
+        t*, to a relative precision of 1e-5, in 1 / unit of the eigenvalues.
     """
     times = candidate_times(low, high)
     while True:

@@ -20,7 +20,7 @@ from workers.errors import InsufficientTrainingDataError, KernelDomainError
 from workers.geometry.arrays import FloatArray, IntArray
 from workers.training.heat_time import best_heat_time, heat_columns
 from workers.training.learning_options import LearningOptions
-from workers.training.pairs import PairMoments
+from workers.training.moments import PairMoments
 from workers.training.quotient import closed_form, nonnegative_minimum, numerator
 from workers.training.training_set import TrainingSet, make_training_set
 
@@ -52,7 +52,7 @@ class LearnedKernel:
 def learn_kernel(
     moments: Sequence[PairMoments], labels: Sequence[str], options: LearningOptions
 ) -> LearnedKernel:
-    """Learn the K² that changes least under transformations for what it tells shapes apart.
+    """Learn the K² that changes least under transformations for how far it separates classes.
 
     K² is scaled so that the mean squared distance is 1 over all shapes learned from; a heat
     kernel stays as it is.
@@ -65,10 +65,12 @@ def learn_kernel(
         Class of each pair; negatives are between classes. Of four classes or more, every fourth
         is held out, and only measured on.
     options : LearningOptions
+        Method, criterion, unit, and the functions in which K² is written.
 
     Returns
     -------
     LearnedKernel
+        The kernel, and the report of its learning.
 
     Raises
     ------
@@ -94,32 +96,6 @@ def learn_kernel(
         start = np.exp(-2.0 * time * (fit.basis.places - fit.basis.low))
         kernel = _nonnegative_kernel(fit, start, training, options.margin)
     return LearnedKernel(kernel, MappingProxyType(_report(kernel, time, fit, training, options)))
-
-
-def criterion_value(
-    kernel: Kernel, moments: Sequence[PairMoments], labels: Sequence[str], *, unit: str
-) -> float:
-    """Criterion of eq. (7) for a kernel: mean over positives by mean over negatives.
-
-    Parameters
-    ----------
-    kernel : Kernel
-        For eigenvalues in the unit.
-    moments, labels : sequences
-        As for `learn_kernel`; nothing is held out.
-    unit : str
-        "none", "area" or "first-eigenvalue".
-
-    Raises
-    ------
-    InsufficientTrainingDataError
-        There are fewer than two classes.
-    KernelDomainError
-        The kernel is not finite, or negative, on one of the spectra.
-    """
-    criterion = moments[0].criterion if len(moments) else ""
-    everything = make_training_set(moments, labels, criterion=criterion, unit=unit, hold_out=False)
-    return float(everything.criteria(lambda values: evaluate(kernel, values)[:, None])[0])
 
 
 @dataclass(frozen=True, eq=False)

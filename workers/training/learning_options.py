@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from workers.errors import InvalidRequestError
-from workers.training.pairs import CRITERIA, UNITS
+from workers.training.moments import CRITERIA, UNITS
 
 METHODS = ("spline", "grid", "heat-time")
 INTERPOLATIONS = {"nearest": 0, "linear": 1}  # degree of the basis
@@ -92,12 +92,36 @@ class LearningOptions:
             )
 
     def to_json(self) -> dict[str, Any]:
-        """Return the options that the method takes: ``parameters`` of the API, without the view."""
+        """Return the options that the method takes: ``parameters`` of the API, without the view.
+
+        Returns
+        -------
+        dict
+            Plain JSON.
+        """
         return {name: getattr(self, name) for name in _TAKEN[self.method]}
 
     @classmethod
     def from_json(cls, method: str, parameters: Mapping[str, Any]) -> "LearningOptions":
-        """Return the options of a method; InvalidRequestError names what it does not take."""
+        """Return the options of a method.
+
+        Parameters
+        ----------
+        method : str
+            "spline", "grid" or "heat-time".
+        parameters : mapping of str
+            What `to_json` writes; what is missing has its default.
+
+        Returns
+        -------
+        LearningOptions
+            Checked.
+
+        Raises
+        ------
+        InvalidRequestError
+            The method is unknown or does not take a parameter, or a value is out of range.
+        """
         if method not in METHODS:
             raise InvalidRequestError(
                 f"there is no method {method!r}; there are {', '.join(METHODS)}"
@@ -111,7 +135,18 @@ class LearningOptions:
         return cls(method=method, **parameters)
 
     def basis_size(self, low: float, high: float) -> int:
-        """Functions in which K² is written on [low, high]: points of a grid, or splines."""
+        """Count the functions in which K² is written: points of a grid, or splines.
+
+        Parameters
+        ----------
+        low, high : float
+            Smallest and largest eigenvalue.
+
+        Returns
+        -------
+        int
+            q of eq. (11).
+        """
         if self.method == "grid":
             return self.points
         if self.splines is None:
@@ -120,10 +155,10 @@ class LearningOptions:
 
     @property
     def basis_degree(self) -> int:
-        """Their degree."""
+        """Degree of the functions in which K² is written."""
         return INTERPOLATIONS[self.interpolation] if self.method == "grid" else SPLINE_DEGREE
 
     @property
     def basis_smoothness(self) -> float:
-        """Relative η: a grid has none, eq. (10)."""
+        """Relative η: 0 for a grid, eq. (10)."""
         return 0.0 if self.method == "grid" else float(self.smoothness)

@@ -6,7 +6,7 @@ from dataclasses import dataclass, fields
 import numpy as np
 
 from workers.geometry.arrays import FloatArray
-from workers.training.pairs import Columns, PairMoments
+from workers.training.moments import Columns, PairMoments
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,10 +79,16 @@ def shape_moments(moments: PairMoments, functions: Columns, unit: str) -> ShapeM
     Parameters
     ----------
     moments : PairMoments
+        Of X and Y.
     functions : callable
         S of eq. (11): from eigenvalues in the unit to (k, q).
     unit : str
         "none", "area" or "first-eigenvalue".
+
+    Returns
+    -------
+    ShapeMoments
+        Of one pair of shapes.
     """
     first, second = moments.columns(functions, unit)
     k = len(first)
@@ -103,8 +109,18 @@ def shape_moments(moments: PairMoments, functions: Columns, unit: str) -> ShapeM
 def negatives_between(first: ShapeMoments, second: ShapeMoments) -> PairStatistics:
     """Negatives between every X of one class and every Y of another, without enumerating them.
 
-    Values at non-corresponding pairs of points are independent, so that the mean of (u - v)(u - v)ᵀ
-    is E[u uᵀ] + E[v vᵀ] - E[u] E[v]ᵀ - E[v] E[u]ᵀ.
+    Values at pairs of points that do not correspond are independent. The mean of (u - v)(u - v)ᵀ
+    is therefore E[u uᵀ] + E[v vᵀ] - E[u] E[v]ᵀ - E[v] E[u]ᵀ.
+
+    Parameters
+    ----------
+    first, second : ShapeMoments
+        Sums over the pairs of two classes.
+
+    Returns
+    -------
+    PairStatistics
+        Negatives, and no positives.
     """
     cross = np.outer(first.mean, second.transformed_mean)
     negative = (
@@ -128,6 +144,7 @@ def pair_statistics(
     Returns
     -------
     PairStatistics
+        Positives within the classes, negatives between them.
     """
     chosen = set(classes if queries is None else queries)
     parts = [moments.statistics_within for label, moments in classes.items() if label in chosen]

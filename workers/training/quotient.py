@@ -9,27 +9,53 @@ from scipy.optimize import minimize
 from workers.geometry.arrays import FloatArray
 
 RIDGE = 1e-12
-"""Added to the numerator, as this share of the diagonal of N: what rounding leaves open, such as
-two functions that no eigenvalue tells apart, is decided by it, and no quotient moves by more."""
+"""Added to the numerator, as this share of the diagonal of N. It decides what rounding leaves open,
+as between two functions that are equal on all eigenvalues; no quotient moves by more."""
 
 _NOTHING = 1e-9  # of the largest coefficient: what is 0
 
 
 def numerator(positive: FloatArray, roughness: FloatArray, negative: FloatArray) -> FloatArray:
-    """P + ηR with the ridge, (q, q): what both solutions put above N."""
+    """P + ηR with the ridge: what both solutions put above N, eq. (13).
+
+    Parameters
+    ----------
+    positive, negative : (q, q) float64
+        P and N of eq. (10), symmetric.
+    roughness : (q, q) float64
+        ηR of eq. (12), symmetric.
+
+    Returns
+    -------
+    (q, q) float64
+        Symmetric, positive definite where N is.
+    """
     return positive + roughness + RIDGE * np.diag(np.diag(negative))
 
 
 def quotient(coefficients: FloatArray, above: FloatArray, below: FloatArray) -> float:
-    """aᵀ above a / aᵀ below a."""
+    """Quotient of two quadratic forms, eq. (10).
+
+    Parameters
+    ----------
+    coefficients : (q,) float64
+        a.
+    above, below : (q, q) float64
+        Symmetric.
+
+    Returns
+    -------
+    float
+        aᵀ above a / aᵀ below a.
+    """
     return float((coefficients @ above @ coefficients) / (coefficients @ below @ coefficients))
 
 
 def closed_form(above: FloatArray, below: FloatArray) -> FloatArray:
     """Minimiser (q,) of the quotient over all a: the eigenvector of eq. (13).
 
-    What it minimises is (P + ηR)/N; the line above it in the paper, P/N + η aᵀRa, is another
-    function, which has no least value but at a scale of a that goes to 0. Solved as the largest
+    It minimises (P + ηR)/N. The line above it in the paper, P/N + η aᵀRa, is another function: the
+    smaller the scale of a, the less it is, so it has no minimum. Solved as the largest
     eigenvalue of N against P + ηR, so that N may be singular. The sign is that of the larger part.
 
     Parameters
@@ -38,11 +64,16 @@ def closed_form(above: FloatArray, below: FloatArray) -> FloatArray:
         Symmetric, positive definite, see `numerator`.
     below : (q, q) float64
         Symmetric, positive semidefinite.
+
+    Returns
+    -------
+    (q,) float64
+        Of largest entry 1 in absolute value.
     """
     scale = 1.0 / np.sqrt(np.diag(above))
-    frame = np.outer(scale, scale)
+    scaling = np.outer(scale, scale)
     last = len(scale) - 1
-    _, vectors = eigh(below * frame, above * frame, subset_by_index=[last, last])
+    _, vectors = eigh(below * scaling, above * scaling, subset_by_index=[last, last])
     coefficients: FloatArray = scale * vectors[:, 0]
     if abs(coefficients.min()) > abs(coefficients.max()):
         coefficients = -coefficients
@@ -54,9 +85,9 @@ def nonnegative_minimum(
 ) -> FloatArray:
     """Minimiser (q,) of the quotient over a >= 0, eq. (10), from several starts.
 
-    Each start is improved by L-BFGS-B on the logarithm of the quotient with the bounds a >= 0,
-    and then by the closed form on those coefficients that are not 0; the best of all is kept, so
-    that no start is better than what comes out.
+    L-BFGS-B improves each start on the logarithm of the quotient with the bounds a >= 0. The closed
+    form then improves it on those coefficients that are not 0. The best of all is kept, so no start
+    is better than the result.
 
     Parameters
     ----------
@@ -64,10 +95,15 @@ def nonnegative_minimum(
         As for `closed_form`.
     starts : sequence of (q,) float64
         Not negative, not 0.
+
+    Returns
+    -------
+    (q,) float64
+        Not negative, of largest entry 1.
     """
     scale = 1.0 / np.sqrt(np.diag(above))
-    frame = np.outer(scale, scale)
-    above, below = above * frame, below * frame
+    scaling = np.outer(scale, scale)
+    above, below = above * scaling, below * scaling
 
     def descend(point: FloatArray) -> tuple[float, FloatArray]:
         upper, lower = above @ point, below @ point

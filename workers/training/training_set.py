@@ -7,13 +7,13 @@ import numpy as np
 
 from workers.errors import InsufficientTrainingDataError, InvalidRequestError
 from workers.geometry.arrays import FloatArray
+from workers.training.moments import Columns, PairMoments
 from workers.training.pair_statistics import (
     PairStatistics,
     ShapeMoments,
     pair_statistics,
     shape_moments,
 )
-from workers.training.pairs import Columns, PairMoments
 
 HELD_OUT_EVERY = 4
 """From this many classes on, every fourth in the order of labels is not learned from."""
@@ -45,24 +45,79 @@ class TrainingSet:
         return tuple(sorted(set(self.labels) - set(self.held_out)))
 
     def count(self, *, held_out: bool) -> int:
-        """Pairs of shapes of the classes learned from, or of those held out."""
+        """Count the pairs of shapes.
+
+        Parameters
+        ----------
+        held_out : bool
+            Those of the classes that are held out, or else of the classes learned from.
+
+        Returns
+        -------
+        int
+            How many.
+        """
         return sum((label in self.held_out) == held_out for label in self.labels)
 
     def statistics(self, functions: Columns) -> PairStatistics:
-        """P and N of the classes learned from, in the functions in which K² is written."""
+        """P and N of eq. (10), of the classes learned from.
+
+        Parameters
+        ----------
+        functions : callable
+            S of eq. (11): from eigenvalues in the unit to (k, q).
+
+        Returns
+        -------
+        PairStatistics
+            Sums in the order of the pairs.
+        """
         return pair_statistics(self._by_class(functions, self.classes))
 
     def criteria(self, functions: Columns) -> FloatArray:
-        """Criterion (q,) of each function as K², on the classes learned from."""
+        """Criterion of eq. (7) of each function as K², on the classes learned from.
+
+        Parameters
+        ----------
+        functions : callable
+            S of eq. (11): from eigenvalues in the unit to (k, q).
+
+        Returns
+        -------
+        (q,) float64
+            Mean over positives by mean over negatives; less is better.
+        """
         return _criteria(self.statistics(functions))
 
     def held_out_criteria(self, functions: Columns) -> FloatArray:
-        """Criterion (q,) on the held-out classes; their negatives are among all classes."""
+        """Criterion on the held-out classes; their negatives are among all classes.
+
+        Parameters
+        ----------
+        functions : callable
+            S of eq. (11): from eigenvalues in the unit to (k, q).
+
+        Returns
+        -------
+        (q,) float64
+            As for `criteria`.
+        """
         everything = self._by_class(functions, (*self.classes, *self.held_out))
         return _criteria(pair_statistics(everything, self.held_out))
 
     def spectra(self, *, held_out: bool) -> FloatArray:
-        """All eigenvalues of the classes learned from, or of those held out, one after another."""
+        """All eigenvalues, one spectrum after another.
+
+        Parameters
+        ----------
+        held_out : bool
+            Those of the classes that are held out, or else of the classes learned from.
+
+        Returns
+        -------
+        (n,) float64
+            In the unit of this set.
+        """
         parts = [
             spectrum
             for moments, label in zip(self.moments, self.labels, strict=True)
@@ -72,7 +127,18 @@ class TrainingSet:
         return np.concatenate([np.empty(0), *parts])
 
     def mean_squared_distances(self, functions: Columns) -> FloatArray:
-        """Mean of d² on each X and Y of the classes learned from, (2 pairs, q)."""
+        """Mean squared distance on each X and Y of the classes learned from.
+
+        Parameters
+        ----------
+        functions : callable
+            S of eq. (11): from eigenvalues in the unit to (k, q).
+
+        Returns
+        -------
+        (2 pairs, q) float64
+            X and Y of each pair, one after the other.
+        """
         rows = []
         for moments, label in zip(self.moments, self.labels, strict=True):
             if label not in self.held_out:
@@ -101,12 +167,30 @@ def make_training_set(
 ) -> TrainingSet:
     """Check pairs and choose the classes that are held out.
 
+    Parameters
+    ----------
+    moments : sequence of PairMoments
+        Their order fixes the order of all sums.
+    labels : sequence of str
+        Class of each pair.
+    criterion : str
+        For which the moments have to be taken.
+    unit : str
+        "none", "area" or "first-eigenvalue".
+    hold_out : bool
+        Whether every fourth of four or more classes is held out.
+
+    Returns
+    -------
+    TrainingSet
+        All pairs.
+
     Raises
     ------
     InsufficientTrainingDataError
         There are fewer than two classes.
     InvalidRequestError
-        There is not one label a pair, or a pair was taken for another criterion.
+        The numbers of pairs and labels differ, or a pair was taken for another criterion.
     """
     if len(moments) != len(labels):
         raise InvalidRequestError(f"{len(moments)} pairs of shapes have {len(labels)} labels")

@@ -1,11 +1,11 @@
 """Positive and negative pairs of eq. (7), over all pairs of points, without counting any of them.
 
-At corresponding points of X and Y = τX, with weights that sum to 1, every sum over pairs that
-eq. (10) needs is a product of moments of the eigenfunctions alone:
+Points of X and Y = τX correspond, and have weights that sum to 1. Every sum over their pairs that
+eq. (10) needs is then a product of moments of the eigenfunctions alone:
 
 - kernel: the mean of φ_l(i)φ_l(j) · φ_m(i)φ_m(j) over i and j is E[φ_l φ_m]²;
-- distance: with means taken off, that of (φ_l(i) - φ_l(j))² (φ_m(i) - φ_m(j))² is
-  2 E[φ_l² φ_m²] + 2 E[φ_l²] E[φ_m²] + 4 E[φ_l φ_m]², a sum without cancellation.
+- distance: the mean of (φ_l(i) - φ_l(j))² (φ_m(i) - φ_m(j))² is, once means are taken off,
+  2 E[φ_l² φ_m²] + 2 E[φ_l²] E[φ_m²] + 4 E[φ_l φ_m]². This sum has no cancellation.
 
 These moments do not depend on the basis in which K² is written, nor, up to factors, on the unit.
 """
@@ -17,9 +17,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from workers.errors import InvalidRequestError
-from workers.geometry.arrays import FloatArray, read_only
+from workers.errors import InvalidRequestError, SpectrumError
+from workers.geometry.arrays import FloatArray, IntArray, read_only
 from workers.geometry.spectrum import Spectrum
+from workers.training.correspondence import Solved, corresponding_points
 
 CRITERIA = ("kernel", "distance")
 UNITS = ("none", "area", "first-eigenvalue")
@@ -32,9 +33,9 @@ Columns = Callable[[FloatArray], FloatArray]
 class PairMoments:
     """Moments of a shape X and a transformation Y of it over all pairs of points; read-only.
 
-    The features f = [k of X | k' of Y] of a pair of corresponding points are those whose sum,
-    weighted by K²(λ), is what the criterion compares: φ(x)φ(x') for k(x,x') and (φ(x) - φ(x'))²
-    for d²(x,x'), both of the surface scaled to area 1.
+    A pair of corresponding points has the features f = [k of X | k' of Y]: φ(x)φ(x') for k(x,x'),
+    or (φ(x) - φ(x'))² for d²(x,x'), of surfaces scaled to area 1. Their sum, weighted by K²(λ), is
+    what the criterion compares.
 
     Attributes
     ----------
@@ -79,7 +80,18 @@ class PairMoments:
             raise InvalidRequestError("a pair's eigenvalues and areas must be above 0")
 
     def scales(self, unit: str) -> tuple[float, float]:
-        """Area of X and of Y when the unit is 1: λ, and features, are divided by it."""
+        """What λ and the features of X and of Y are divided by.
+
+        Parameters
+        ----------
+        unit : str
+            "none", "area" or "first-eigenvalue".
+
+        Returns
+        -------
+        (float, float)
+            Areas of X and of Y in the unit, where λ is that of surfaces of area 1.
+        """
         _check_choice("unit", unit, UNITS)
         if unit == "none":
             return float(self.area), float(self.transformed_area)
@@ -88,24 +100,70 @@ class PairMoments:
         return float(self.eigenvalues[0]), float(self.transformed_eigenvalues[0])
 
     def spectra(self, unit: str) -> tuple[FloatArray, FloatArray]:
-        """Eigenvalues of X, (k,), and of Y, (k',), in a unit."""
+        """Eigenvalues of X and of Y in a unit.
+
+        Parameters
+        ----------
+        unit : str
+            "none", "area" or "first-eigenvalue".
+
+        Returns
+        -------
+        (k,) and (k',) float64
+            Rising.
+        """
         first, second = self.scales(unit)
         return self.eigenvalues / first, self.transformed_eigenvalues / second
 
     def columns(self, functions: Columns, unit: str) -> tuple[FloatArray, FloatArray]:
-        """Functions of λ at both spectra, (k, q) and (k', q), in the unit of the features."""
+        """Functions of λ at both spectra, in the unit of the features.
+
+        Parameters
+        ----------
+        functions : callable
+            S of eq. (11): from eigenvalues in the unit to (k, q).
+        unit : str
+            "none", "area" or "first-eigenvalue".
+
+        Returns
+        -------
+        (k, q) and (k', q) float64
+            At the eigenvalues of X and of Y.
+        """
         return tuple(
             functions(spectrum) / scale
             for spectrum, scale in zip(self.spectra(unit), self.scales(unit), strict=True)
         )  # type: ignore[return-value]
 
     def to_arrays(self) -> dict[str, NDArray[Any]]:
-        """Every field as an array, to be stored."""
+        """Return every field as an array, to be stored.
+
+        Returns
+        -------
+        dict of str to array
+            By the field's name.
+        """
         return {field.name: np.asarray(getattr(self, field.name)) for field in fields(self)}
 
     @classmethod
     def from_arrays(cls, arrays: Mapping[str, NDArray[Any]]) -> "PairMoments":
-        """Return what `to_arrays` wrote; InvalidRequestError if it is none."""
+        """Return the moments that `to_arrays` wrote.
+
+        Parameters
+        ----------
+        arrays : mapping of str to array
+            Every field by its name.
+
+        Returns
+        -------
+        PairMoments
+            Checked.
+
+        Raises
+        ------
+        InvalidRequestError
+            A field is missing, does not fit the others or is not finite.
+        """
         try:
             return cls(
                 criterion=str(arrays["criterion"]),
@@ -147,6 +205,7 @@ def pair_moments(
     Returns
     -------
     PairMoments
+        On surfaces of area 1.
 
     Raises
     ------
@@ -176,6 +235,46 @@ def pair_moments(
         gram=gram,
         mean=mean,
         squared_distance=squared_distance,
+    )
+
+
+def moments_of_solved(
+    original: Solved, transformed: Solved, origin: IntArray, *, criterion: str
+) -> PairMoments:
+    """Moments of a solved shape and its transformation, at the points that correspond.
+
+    Parameters
+    ----------
+    original, transformed : Solved
+        The shape X and its transformation Y.
+    origin : (n',) int64
+        Vertex of X's mesh that each vertex of Y's mesh corresponds to.
+    criterion : str
+        "kernel" or "distance".
+
+    Returns
+    -------
+    PairMoments
+        On surfaces of area 1.
+
+    Raises
+    ------
+    SpectrumError
+        One of them has no eigenpairs.
+    InsufficientTrainingDataError
+        Too few points correspond.
+    """
+    for one in (original, transformed):
+        if not one.solution.spectrum.n_eigenpairs:
+            raise SpectrumError("a mesh of the pair has no eigenpairs")
+    found = corresponding_points(original, transformed, origin)
+    return pair_moments(
+        original.solution.spectrum,
+        transformed.solution.spectrum,
+        found.points,
+        found.transformed_points,
+        found.weights,
+        criterion=criterion,
     )
 
 

@@ -1,147 +1,93 @@
-"""What trainings have in common: parts that are kept by content, and a fit once all have ended."""
+"""What the last part of every training does: gather what was computed, learn, make the model."""
 
 import json
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
-from typing import Any, Generic, Protocol, TypeVar
+from typing import Any, Generic, TypeVar
 
-from numpy.typing import NDArray
 from sqlalchemy import func, select
 from sqlalchemy.orm import Session
 
 from workers.errors import (
     BlobNotFoundError,
     InsufficientTrainingDataError,
-    InvalidMeshError,
-    InvalidRequestError,
     KernelDomainError,
     ModelNotReadyError,
-    SpectrumError,
 )
 from workers.pipeline.outcome import Outcome
+from workers.pipeline.training.results import Arrays, load_result
 from workers.pipeline.workbench import Workbench
-from workers.storage.arrays import pack, unpack
-from workers.storage.blobs import failure_key, training_key
+from workers.storage.blobs import BlobStore
 from workers.storage.jobs import OPEN, NewPart
 from workers.storage.models import Job, Json, Part, TrainedModel
 from workers.storage.parts import Claim, Failure
 from workers.storage.trained_models import READY, get_training
+from workers.training.examples import Example
 
-OWN_REASONS = (
-    InsufficientTrainingDataError,
-    InvalidMeshError,
-    InvalidRequestError,
-    KernelDomainError,
-    SpectrumError,
-)
-"""Why a pair or a variant may fail again and again: the training goes on without it."""
-
-PAIR, VARIANT = "pair", "variant"
-"""Kinds of parts that models are learned from."""
-
-Arrays = Mapping[str, NDArray[Any]]
-
-
-class Planned(Protocol):
-    """A pair or a variant: what a training has one part of."""
-
-    @property
-    def number(self) -> int:
-        """Place in the plan."""
-
-    @property
-    def item(self) -> str:
-        """What people call it."""
-
-    @property
-    def key(self) -> str:
-        """Digest of all that what is computed of it depends on."""
-
-
-P = TypeVar("P", bound=Planned)
+E = TypeVar("E", bound=Example)
 
 
 @dataclass(frozen=True, eq=False)
-class Material(Generic[P]):
-    """What there is to learn from, in the order of the plan.
+class Material(Generic[E]):
+    """What there is to learn from, in the order of the examples' numbers.
 
     Attributes
     ----------
-    planned : sequence of Planned
+    examples : sequence of Example
         Those of which something is stored.
-    arrays : sequence of Arrays
+    arrays : sequence of mapping
         What is stored of each of them.
     failures : sequence of Failure
-        Of the others.
+        Of examples that failed.
     missing : frozenset of int
-        Numbers of those of which nothing is stored.
+        Numbers of examples of which nothing is stored.
     """
 
-    planned: Sequence[P]
+    examples: Sequence[E]
     arrays: Sequence[Arrays]
     failures: Sequence[Failure]
     missing: frozenset[int]
 
-    def failures_told(self, kind: str) -> Json:
-        """What the report of a training says of them."""
+    def failure_report(self, kind: str) -> Json:
+        """Return what the report of a training says of the examples that failed.
+
+        Parameters
+        ----------
+        kind : str
+            Of the examples.
+
+        Returns
+        -------
+        dict
+            Their number, and each with its reason.
+        """
         return {
             f"n_failed_{kind}s": len(self.failures),
             f"failed_{kind}s": [dict(vars(failure)) for failure in self.failures],
         }
 
 
-def compute_kept(
-    bench: Workbench, kind: str, planned: Planned, compute: Callable[[], Arrays]
-) -> Outcome:
-    """Store what is computed of a pair or variant, unless it is there; one that fails is named."""
-    try:
-        if not bench.blobs.exists(training_key(kind, planned.key)):
-            bench.blobs.put(training_key(kind, planned.key), pack(compute()))
-    except OWN_REASONS as error:
-        failure = Failure(planned.item, error.kind, str(error))
-        bench.blobs.put(failure_key(kind, planned.key), json.dumps(vars(failure)).encode())
-        return Outcome(failures=[failure])
-    return Outcome()
-
-
-def load_kept(bench: Workbench, kind: str, planned: Planned) -> Arrays | Failure:
-    """Return what is stored of a pair or variant, or the reason why there is nothing.
-
-    Raises
-    ------
-    BlobNotFoundError
-        It was not computed.
-    """
-    try:
-        return unpack(bench.blobs.get(training_key(kind, planned.key)))
-    except BlobNotFoundError:
-        reason = json.loads(bench.blobs.get(failure_key(kind, planned.key)))
-        return Failure(planned.item, reason["type"], reason["detail"])
-
-
 def fit_model(
     bench: Workbench,
     claim: Claim,
-    kind: str,
-    read: Callable[[Mapping[str, Any]], P],
+    examples: type[E],
     finale: NewPart,
-    define: Callable[[TrainedModel, Material[P]], Json],
+    define: Callable[[TrainedModel, Material[E]], Json],
 ) -> Outcome:
-    """Learn from all parts of a kind once they have ended; the model is then ready.
+    """Learn from all examples of a job once their parts have ended; the model is then ready.
 
-    After a retry this may run while parts are still computed, or what is stored of some may be of
-    an older version: then these are computed first, and this runs again.
+    After a retry, this may run while parts are still computed. After an update of the program,
+    nothing may be stored of some parts. Both are computed first, and then this runs again.
 
     Parameters
     ----------
     bench : Workbench
+        Rows, blobs and settings.
     claim : Claim
         Its payload names the model.
-    kind : str
-        PAIR or VARIANT.
-    read : callable
-        From a part's payload to what is planned.
+    examples : type of Example
+        What the job's parts compute: `Pair` or `Variant`.
     finale : NewPart
         This part, to run again.
     define : callable
@@ -161,7 +107,7 @@ def fit_model(
     ModelNotFoundError
         The model was deleted.
     """
-    name = claim.payload["model"]
+    name, kind = claim.payload["model"], examples.kind
     with bench.database.read() as session:
         states = _states(session, claim.job_id, kind)
         if states.keys() & set(OPEN):
@@ -170,17 +116,49 @@ def fit_model(
         parts = sorted(rows, key=lambda row: int(row.payload["number"]))
         asked = get_training(session, name, job_id=claim.job_id)
     _require_all(states, kind)
-    material = _gather(bench, kind, [read(part.payload) for part in parts])
+    material = gather(bench.blobs, [examples.from_payload(part.payload) for part in parts])
     if material.missing:
         again = [part.id for part in parts if part.payload["number"] in material.missing]
         return Outcome(again=again, finale=finale)
-    if not material.planned:
+    if not material.examples:
         first = material.failures[0]
         raise InsufficientTrainingDataError(
             f"all {len(material.failures)} {kind}s failed; the first, {first.item}: {first.detail}"
         )
     definition = _finite(define(asked, material))
     return Outcome(store=partial(_store, name, definition))
+
+
+def gather(blobs: BlobStore, examples: Sequence[E]) -> Material[E]:
+    """Read what is stored of each example.
+
+    Parameters
+    ----------
+    blobs : BlobStore
+        All stored bytes.
+    examples : sequence of Example
+        In the order of their numbers.
+
+    Returns
+    -------
+    Material
+    """
+    there: list[E] = []
+    arrays: list[Arrays] = []
+    failures: list[Failure] = []
+    missing: set[int] = set()
+    for example in examples:
+        try:
+            found = load_result(blobs, example)
+        except BlobNotFoundError:
+            missing.add(example.number)
+            continue
+        if isinstance(found, Failure):
+            failures.append(found)
+        else:
+            there.append(example)
+            arrays.append(found)
+    return Material(there, arrays, failures, frozenset(missing))
 
 
 def _store(name: str, definition: Json, session: Session, job: Job) -> None:
@@ -200,34 +178,8 @@ def _require_all(states: Mapping[str, int], kind: str) -> None:
         )
 
 
-def _gather(bench: Workbench, kind: str, planned: Sequence[P]) -> Material[P]:
-    """Read what is stored of each."""
-    there: list[P] = []
-    arrays: list[Arrays] = []
-    failures: list[Failure] = []
-    missing: set[int] = set()
-    for one in planned:
-        try:
-            found = load_kept(bench, kind, one)
-        except BlobNotFoundError:
-            missing.add(one.number)
-            continue
-        if isinstance(found, Failure):
-            failures.append(found)
-        else:
-            there.append(one)
-            arrays.append(found)
-    return Material(there, arrays, failures, frozenset(missing))
-
-
 def _finite(definition: Json) -> Json:
-    """Return a learned model's definition, unless it has a number that is not finite.
-
-    Raises
-    ------
-    KernelDomainError
-        It has one.
-    """
+    """Return a learned model's definition, unless it has a number that is not finite."""
     try:
         json.dumps(definition, allow_nan=False)
     except ValueError as error:

@@ -1,21 +1,29 @@
-"""Shapes of a collection that a model can learn from."""
+"""Shapes of a collection that a model can learn from, and which of them are chosen."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-from sqlalchemy import select
-from sqlalchemy.orm import Session
-
-from workers.errors import InvalidRequestError, ShapeNotReadyError
-from workers.pipeline.training_pairs import StoredSource
-from workers.storage.collections import get_collection
-from workers.storage.models import Collection, Shape
-from workers.storage.shapes import state_of_shape
+from workers.errors import InvalidRequestError
+from workers.training.sources import StoredSource
 
 
 @dataclass(frozen=True)
-class LabelledShape:
-    """A shape of a collection that can be learned from; ``n_vertices`` is of the cleaned mesh."""
+class TrainingShape:
+    """A shape of a collection that can be learned from.
+
+    Attributes
+    ----------
+    sha256 : str
+        Of the bytes of its file.
+    name : str
+        Of its file.
+    label : str or None
+        Its class, if it has one.
+    n_vertices : int
+        Of the cleaned mesh.
+    was_repaired : bool
+        Whether cleaning changed anything.
+    """
 
     sha256: str
     name: str
@@ -34,50 +42,26 @@ class LabelledShape:
         return StoredSource(self.sha256, self.name)
 
 
-def ready_shapes(session: Session, name: str) -> list[LabelledShape]:
-    """Shapes of a collection that were computed, in any order.
-
-    Raises
-    ------
-    CollectionNotFoundError, ShapeNotReadyError
-        There is no such collection, or some of its shapes are still being computed.
-    """
-    collection = get_collection(session, name)
-    columns = (Shape.sha256, Shape.name, Shape.label, Shape.n_vertices, Shape.repairs)
-    rows = session.execute(
-        select(*columns, state_of_shape().label("state"))
-        .join(Collection, Collection.id == Shape.collection_id)
-        .where(Shape.collection_id == collection.id)
-    ).all()
-    waiting = sorted(row.name for row in rows if row.state in {"queued", "processing"})
-    if waiting:
-        more = f" and {len(waiting) - 1} more" if len(waiting) > 1 else ""
-        raise ShapeNotReadyError(
-            f"{waiting[0]}{more} of collection {name!r} are still being computed; train when they "
-            "are ready"
-        )
-    return [
-        LabelledShape(row.sha256, row.name, row.label, row.n_vertices or 0, bool(row.repairs))
-        for row in rows
-        if row.state == "ready"
-    ]
-
-
 def choose_evenly(
-    shapes: Sequence[LabelledShape], most: int, *, at_least: int
-) -> list[LabelledShape]:
+    shapes: Sequence[TrainingShape], most: int, *, at_least: int
+) -> list[TrainingShape]:
     """Choose shapes evenly over the classes, ordered by label and content.
 
     Parameters
     ----------
-    shapes : sequence of LabelledShape
+    shapes : sequence of TrainingShape
         In any order.
     most : int
-        As many, or all there are.
+        So many are chosen, or all if there are fewer.
     at_least : int
-        Of a class; smaller ones are passed over.
+        Classes of fewer shapes are passed over.
+
+    Returns
+    -------
+    list of TrainingShape
+        Class after class; the same for the same shapes in any order.
     """
-    kinds: dict[tuple[bool, str], list[LabelledShape]] = {}
+    kinds: dict[tuple[bool, str], list[TrainingShape]] = {}
     for shape in shapes:
         kinds.setdefault((shape.label is None, shape.kind), []).append(shape)
     large = [kinds[key] for key in sorted(kinds) if len(kinds[key]) >= at_least]
@@ -98,15 +82,19 @@ def choose_evenly(
 
 def check_vertices(
     label: str,
-    members: Sequence[LabelledShape],
+    members: Sequence[TrainingShape],
     count_vertices: Callable[[StoredSource], int],
 ) -> None:
     """Refuse a label whose files have different numbers of vertices, and so no common order.
 
     Parameters
     ----------
+    label : str
+        The class of the shapes.
+    members : sequence of TrainingShape
+        Its shapes.
     count_vertices : callable
-        Number of vertices in a file as it was uploaded; asked where cleaning changed something.
+        Number of vertices in a file as it was uploaded; called where cleaning changed something.
 
     Raises
     ------
@@ -125,8 +113,19 @@ def check_vertices(
             )
 
 
-def counted(shapes: Sequence[LabelledShape]) -> str:
-    """How many shapes and labels there are, for a refusal."""
+def count_of(shapes: Sequence[TrainingShape]) -> str:
+    """Say how many shapes and labels there are.
+
+    Parameters
+    ----------
+    shapes : sequence of TrainingShape
+        All of a collection that are ready.
+
+    Returns
+    -------
+    str
+        The beginning of a message that refuses them.
+    """
     kinds = sorted({shape.kind for shape in shapes})
     named = f" ({kinds[0]!r})" if len(kinds) == 1 else ""
     return f"the collection has {len(shapes)} shapes that are ready, of {len(kinds)} labels{named}"

@@ -1,0 +1,1 @@
+"""Trainings as rows and blobs: planned, computed example after example, and fitted."""
