@@ -53,9 +53,9 @@ def test_points_are_compared_one_way_and_count_at_most_so_much() -> None:
     )
     assert there["points"] != back["points"]
     assert there["heat"] == back["heat"]
-    far = match.copy()
-    far[POINTED.slices["points"]] += 1e4
-    (points,) = [p for p in compare(query, far, POINTED).channels if p.channel is LOCAL]
+    moved = match.copy()
+    moved[POINTED.slices["points"]] += 1e4
+    (points,) = [p for p in compare(query, moved, POINTED).channels if p.channel is LOCAL]
     assert points.distance == 16.0 * LOCAL.scale
 
 

@@ -51,8 +51,8 @@ def test_a_worked_example() -> None:
             EvaluatedShape("u3", "", "b", "scale", 1),
         ]
     )
-    far = np.array([[1, 2, 3], [1, 2, 3], [3, 1, 2], [2, 1, 3]], dtype=np.float64)
-    found = summarise(protocol, {"m": rank_queries(protocol, far.__getitem__)}).to_json()
+    matrix = np.array([[1, 2, 3], [1, 2, 3], [3, 1, 2], [2, 1, 3]], dtype=np.float64)
+    found = summarise(protocol, {"m": rank_queries(protocol, matrix.__getitem__)}).to_json()
     assert found["table"] == {
         "scale": {"m": pytest.approx(100 * (1 / 3 + 1) / 2)},
         "noise": {"m": pytest.approx(100 * (1 + 1 / 2) / 2)},
@@ -99,12 +99,12 @@ def test_tables_are_means_over_their_queries() -> None:
 
 def test_all_is_a_row_and_no_mean() -> None:
     protocol = benchmark()
-    far = np.ones((len(protocol.queries), len(protocol.targets)))
+    matrix = np.ones((len(protocol.queries), len(protocol.targets)))
     for place, query in enumerate(protocol.queries.tolist()):
         if protocol.shapes[query].transformation == "all":
             own = protocol.classes[protocol.targets] == protocol.classes[query]
-            far[place, own] = 0.0  # only these are found at once
-    found = summarise(protocol, {"m": rank_queries(protocol, far.__getitem__)})
+            matrix[place, own] = 0.0  # only these are found at once
+    found = summarise(protocol, {"m": rank_queries(protocol, matrix.__getitem__)})
     assert found.table["all"]["m"] == 1.0
     assert found.table["holes"]["m"] < 0.6
     assert found.mean_of_rows["m"].value == pytest.approx(
@@ -142,8 +142,8 @@ def test_the_result_does_not_depend_on_the_order_of_models() -> None:
 
 def test_left_one_out_has_labels_but_no_rows() -> None:
     protocol = make_protocol(EvaluatedShape(f"{i:02}", "", "abc"[i % 3]) for i in range(12))
-    far = np.random.default_rng(3).random((12, 12))
-    found = summarise(protocol, {"m": rank_queries(protocol, far.__getitem__)})
+    matrix = np.random.default_rng(3).random((12, 12))
+    found = summarise(protocol, {"m": rank_queries(protocol, matrix.__getitem__)})
     assert (found.table, found.by_strength, found.mean_of_rows) == ({}, {}, {})
     assert list(found.by_label) == ["a", "b", "c"]
     its = found.mean_intervals["m"]

@@ -17,8 +17,8 @@ from workers.geometry.mesh import TriangleMesh
 from workers.geometry.preparation import default_view
 from workers.geometry.solution import Solution
 from workers.geometry.spectrum import compute_spectrum
+from workers.retrieval.chamfer import DIRECTED_CHAMFER, directed_chamfer
 from workers.retrieval.channels import PointsChannel, channel_from_json
-from workers.retrieval.channels.points import DIRECTED_CHAMFER, directed_chamfer
 from workers.retrieval.model import Model
 from workers.retrieval.scan import distances, rerank
 

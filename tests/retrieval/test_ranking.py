@@ -32,13 +32,13 @@ def random_protocol(rng: np.random.Generator, n: int, *, transformed: bool) -> P
 def test_ranks_are_those_of_a_plain_sort(seed: int, transformed: bool) -> None:
     rng = np.random.default_rng(seed)
     protocol = random_protocol(rng, 60, transformed=transformed)
-    far = rng.integers(0, 9, (len(protocol.queries), len(protocol.targets))) / 7.0  # many ties
-    found = rank_queries(protocol, far.__getitem__)
+    gaps = rng.integers(0, 9, (len(protocol.queries), len(protocol.targets))) / 7.0  # many ties
+    found = rank_queries(protocol, gaps.__getitem__)
     precisions = []
     for place, query in enumerate(protocol.queries.tolist()):
         own = protocol.shapes[query]
         listed = sorted(
-            (far[place, j], protocol.shapes[t].id, protocol.shapes[t].label)
+            (gaps[place, j], protocol.shapes[t].id, protocol.shapes[t].label)
             for j, t in enumerate(protocol.targets.tolist())
             if t != query
         )
@@ -68,19 +68,19 @@ def test_one_relevant_target_scores_one_over_its_rank_ties_by_id() -> None:
 def test_the_order_is_that_of_the_search() -> None:
     rng = np.random.default_rng(8)
     protocol = random_protocol(rng, 80, transformed=True)
-    far = rng.integers(0, 4, (len(protocol.queries), len(protocol.targets))) / 3.0
+    gaps = rng.integers(0, 4, (len(protocol.queries), len(protocol.targets))) / 3.0
     ids = [protocol.shapes[t].id for t in protocol.targets.tolist()]
-    for place, outcome in enumerate(rank_queries(protocol, far.__getitem__).outcomes):
-        assert outcome.top == tuple(ids[i] for i in nearest(far[place], ids, 10))
+    for place, outcome in enumerate(rank_queries(protocol, gaps.__getitem__).outcomes):
+        assert outcome.top == tuple(ids[i] for i in nearest(gaps[place], ids, 10))
 
 
 def test_leave_one_out_is_that_of_the_measures() -> None:
     rng = np.random.default_rng(4)
     protocol = random_protocol(rng, 50, transformed=False)
-    far = rng.integers(0, 12, (50, 50)) / 11.0
-    expected = leave_one_out(far, [shape.label for shape in protocol.shapes])
+    gaps = rng.integers(0, 12, (50, 50)) / 11.0
+    expected = leave_one_out(gaps, [shape.label for shape in protocol.shapes])
     assert protocol.queries.tolist() == sorted(expected)
-    found = rank_queries(protocol, far[protocol.queries].__getitem__)
+    found = rank_queries(protocol, gaps[protocol.queries].__getitem__)
     for query, outcome in zip(protocol.queries.tolist(), found.outcomes, strict=True):
         assert outcome.measures == expected[query]
 
@@ -88,8 +88,8 @@ def test_leave_one_out_is_that_of_the_measures() -> None:
 def test_a_ranking_survives_being_stored_bit_for_bit() -> None:
     rng = np.random.default_rng(5)
     protocol = random_protocol(rng, 40, transformed=True)
-    far = rng.random((len(protocol.queries), len(protocol.targets)))
-    found = rank_queries(protocol, far.__getitem__)
+    gaps = rng.random((len(protocol.queries), len(protocol.targets)))
+    found = rank_queries(protocol, gaps.__getitem__)
     again = Ranking.from_json(json.loads(json.dumps(found.to_json())))
     assert again.outcomes == found.outcomes
     assert again.precision.tolist() == found.precision.tolist()
@@ -98,11 +98,11 @@ def test_a_ranking_survives_being_stored_bit_for_bit() -> None:
 def test_some_at_a_time_are_all() -> None:
     rng = np.random.default_rng(6)
     protocol = random_protocol(rng, 70, transformed=True)
-    far = rng.random((len(protocol.queries), len(protocol.targets)))
+    gaps = rng.random((len(protocol.queries), len(protocol.targets)))
     n = len(protocol.queries)
-    whole = rank_queries(protocol, far.__getitem__)
+    whole = rank_queries(protocol, gaps.__getitem__)
     ranges = [range(start, min(start + 9, n)) for start in range(0, n, 9)]
-    parts = [rank_queries(protocol, far.__getitem__, places=places) for places in ranges]
+    parts = [rank_queries(protocol, gaps.__getitem__, places=places) for places in ranges]
     joined = join_rankings(parts)
     assert joined.outcomes == whole.outcomes
     assert_allclose(joined.precision, whole.precision, rtol=1e-12)
@@ -115,12 +115,12 @@ def test_many_queries_need_the_memory_of_one_row() -> None:
     shapes += [EvaluatedShape(f"q{i:04}", "", f"{i % 20}", "holes", 1) for i in range(1540)]
     protocol = make_protocol(shapes)
 
-    def far(place: int) -> FloatArray:
+    def gaps(place: int) -> FloatArray:
         return np.random.default_rng(place).random(254)
 
-    rank_queries(make_protocol(shapes[:300]), far)
+    rank_queries(make_protocol(shapes[:300]), gaps)
     tracemalloc.start()
-    found = rank_queries(protocol, far)
+    found = rank_queries(protocol, gaps)
     _, peak = tracemalloc.get_traced_memory()
     tracemalloc.stop()
     assert len(found.outcomes) == 1540

@@ -57,8 +57,6 @@ def test_a_learned_model_survives_json() -> None:
     found = Model.from_json(model.to_json())
     assert found.to_json() == model.to_json()
     assert typical_distance(found) == 0.4
-    older = {key: value for key, value in model.to_json().items() if key != "typical_distances"}
-    assert typical_distance(Model.from_json(older)) == 1.0
 
 
 def test_the_curve_of_a_learned_kernel_is_drawn_where_it_is_known() -> None:

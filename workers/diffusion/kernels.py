@@ -9,7 +9,7 @@ from typing import Any, ClassVar, Protocol, runtime_checkable
 
 import numpy as np
 
-from workers.diffusion.bands import WAVE_WIDTH, MexicanHatKernel, WaveKernel
+from workers.diffusion.bands import MexicanHatKernel, WaveKernel
 from workers.diffusion.bounded_kernels import (
     SplineKernel,
     TabulatedKernel,
@@ -238,15 +238,14 @@ def kernel_from_json(value: Mapping[str, Any]) -> Kernel:
             case MexicanHatKernel.kind:
                 return MexicanHatKernel(float(parameters["time"]))
             case WaveKernel.kind:
-                width = float(parameters.get("width", WAVE_WIDTH))
-                return WaveKernel(float(parameters["energy"]), width)
+                return WaveKernel(float(parameters["energy"]), float(parameters["width"]))
             case TabulatedKernel.kind:
                 return TabulatedKernel(
                     np.asarray(parameters["eigenvalues"], dtype=np.float64),
                     np.asarray(parameters["squared_transfer"], dtype=np.float64),
                 )
             case SplineKernel.kind:
-                low, high = parameters.get("domain", (parameters["low"], parameters["high"]))
+                low, high = parameters["domain"]
                 return SplineKernel(
                     float(parameters["low"]),
                     float(parameters["high"]),

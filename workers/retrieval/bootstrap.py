@@ -156,9 +156,9 @@ def _totals(scores: FloatArray, rows: IntArray, labels: IntArray) -> tuple[Float
 
 def _means(drawn: FloatArray, sums: FloatArray, counts: FloatArray) -> FloatArray:
     """Means of rows (m, n) when each label is there as often as drawn (n, l)."""
-    asked = drawn @ counts  # (n, r)
-    there = asked > 0.0
+    counted = drawn @ counts  # (n, r)
+    there = counted > 0.0
     total = drawn @ sums  # (m, n, r)
-    of_rows = np.divide(total, asked, out=np.zeros_like(total), where=there)
+    of_rows = np.divide(total, counted, out=np.zeros_like(total), where=there)
     means: FloatArray = of_rows.sum(axis=2) / there.sum(axis=1)
     return means

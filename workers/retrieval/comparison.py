@@ -23,7 +23,7 @@ class ComparedChannel:
     distance : float
         D, as far as it counts.
     share : float
-        weight · (D / scale)^power, its part of the distance.
+        weight · (D / scale)^power, what it adds to the distance.
     query, match : (channel.dimension,) float32
         What was compared.
     """

@@ -173,8 +173,8 @@ class Model:
                 roughness_limits=roughness_limits,
                 fusion_power=float(value["fusion"]["power"]),
                 versions=value["versions"],
-                typical_distances=value.get("typical_distances", {}),
-                impostor_quantiles=tuple(float(d) for d in value.get("impostor_quantiles", ())),
+                typical_distances=value["typical_distances"],
+                impostor_quantiles=tuple(float(d) for d in value["impostor_quantiles"]),
             )
         except (AttributeError, KeyError, TypeError, ValueError) as error:
             raise InvalidRequestError(f"the model cannot be read: {error!r}") from error

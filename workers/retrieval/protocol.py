@@ -106,14 +106,15 @@ def make_protocol(shapes: Iterable[EvaluatedShape]) -> Protocol:
     classes = np.array([number.get(shape.label or "", UNLABELLED) for shape in ordered], dtype=int)
     transformed = np.array([shape.is_transformed for shape in ordered], dtype=bool)
     alone = not transformed.any()
-    asked = np.flatnonzero(transformed | alone)
+    candidates = np.flatnonzero(transformed | alone)
     targets = np.flatnonzero(~transformed)
     of_label = np.bincount(classes[targets] + 1, minlength=len(labels) + 1)  # targets, from -1 on
-    found = of_label[classes[asked] + 1] - alone  # but for the query itself
-    labelled = classes[asked] != UNLABELLED
-    queries = asked[labelled & (found > 0)]
+    found = of_label[classes[candidates] + 1] - alone  # but for the query itself
+    labelled = classes[candidates] != UNLABELLED
+    queries = candidates[labelled & (found > 0)]
     if len(queries) == 0:
         raise InvalidRequestError(_what_is_missing(ordered, labels, int(transformed.sum())))
+    chosen = set(queries.tolist())
     return Protocol(
         shapes=ordered,
         classes=read_only(classes, np.int64),
@@ -123,8 +124,8 @@ def make_protocol(shapes: Iterable[EvaluatedShape]) -> Protocol:
         leave_one_out=alone,
         left_out=tuple(
             LeftOut(ordered[i].id, ordered[i].name, NO_RELEVANT_TARGET if has else NO_LABEL)
-            for i, has, n in zip(asked.tolist(), labelled.tolist(), found.tolist(), strict=True)
-            if not has or n <= 0
+            for i, has in zip(candidates.tolist(), labelled.tolist(), strict=True)
+            if i not in chosen
         ),
     )
 

@@ -11,7 +11,8 @@ from workers.geometry.arrays import Float32Array, FloatArray
 from workers.geometry.sampling import SAMPLES
 from workers.geometry.smoothing import roughness
 from workers.geometry.solution import Solution
-from workers.retrieval.channels.base import NO_CENTRE, Axis
+from workers.retrieval.channels.axis import Axis
+from workers.retrieval.channels.base import NO_CENTRE
 
 
 @dataclass(frozen=True)

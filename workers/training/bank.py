@@ -1,6 +1,6 @@
 """A bank: several local kernels, chosen and weighted so that a copy is nearest to its own shape."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -86,7 +86,6 @@ def train_bank(
     *,
     parameters: Mapping[str, Any],
     versions: Mapping[str, str],
-    progress: Callable[[int, int], None] | None = None,
 ) -> TrainedBank:
     """Choose channels, and learn their weights and the meaning of their distances.
 
@@ -108,8 +107,6 @@ def train_bank(
         The model's, as they were requested.
     versions : Mapping
         Of what the training depended on, besides what the descriptors depend on.
-    progress : callable, optional
-        Called with the steps done and all steps.
 
     Returns
     -------
@@ -133,7 +130,7 @@ def train_bank(
     held_out = held_out_queries(shapes)
     training = terms.queries(np.flatnonzero(~held_out))
     validation = terms.queries(np.flatnonzero(held_out)) if held_out.any() else training
-    stages = eliminate(training, validation, progress=progress)
+    stages = eliminate(training, validation)
     stage = choose(stages, most=options.channels, share=TOLERATED_SHARE, least_nats=TOLERATED_NATS)
     chosen = terms.channels(stage.channels)
     weights = rounded_weights(learn_weights(chosen, stage.weights))

@@ -48,10 +48,10 @@ def bank_report(
         Plain JSON.
     """
     chosen = terms.channels(stage.channels)
-    parts = {"training": ~held_out, "held_out": held_out}
+    measured = {"training": ~held_out, "held_out": held_out}
     figures = {
-        part: rows(shapes, chosen.queries(np.flatnonzero(which)), stage.weights, which)
-        for part, which in parts.items()
+        name: rows(shapes, chosen.queries(np.flatnonzero(which)), stage.weights, which)
+        for name, which in measured.items()
         if which.any()
     }
     judged = held_out if held_out.any() else ~held_out

@@ -1,6 +1,5 @@
 """Backward elimination: the channels that a bank can do without are dropped one by one."""
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -31,12 +30,7 @@ class Stage:
     loss: float
 
 
-def eliminate(
-    training: RankingTerms,
-    validation: RankingTerms,
-    *,
-    progress: Callable[[int, int], None] | None = None,
-) -> list[Stage]:
+def eliminate(training: RankingTerms, validation: RankingTerms) -> list[Stage]:
     """Banks of ever fewer channels.
 
     At each step one channel is dropped: the one without which the others, at their weights, have
@@ -47,8 +41,6 @@ def eliminate(
     ----------
     training, validation : RankingTerms
         Of the same candidates.
-    progress : callable, optional
-        Called with the number of channels dropped, and of those to drop.
 
     Returns
     -------
@@ -71,8 +63,6 @@ def eliminate(
                 ranking_loss(held_out, weights),
             )
         )
-        if progress is not None:
-            progress(n - len(left), max(n - FEWEST_CHANNELS, 0))
         if len(left) <= FEWEST_CHANNELS:
             return stages
         kept = np.arange(len(left)) != _least_missed(held_out, weights)

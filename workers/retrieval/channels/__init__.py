@@ -13,10 +13,12 @@ A distribution is described by a `Histogram` or by `Quantiles`.
 """
 
 from workers.retrieval.channels.area import AreaChannel
-from workers.retrieval.channels.base import Axis, Channel, KernelChannel
+from workers.retrieval.channels.axis import Axis
+from workers.retrieval.channels.base import Channel
 from workers.retrieval.channels.diagonal import DiagonalChannel
 from workers.retrieval.channels.distances import DistanceChannel
 from workers.retrieval.channels.eigenvalues import EigenvalueChannel
+from workers.retrieval.channels.kernel import KernelChannel
 from workers.retrieval.channels.log_diagonal import LogDiagonalChannel
 from workers.retrieval.channels.points import PointsChannel
 from workers.retrieval.channels.stored import channel_from_json

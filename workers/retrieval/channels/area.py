@@ -7,7 +7,8 @@ import numpy as np
 
 from workers.geometry.arrays import FloatArray
 from workers.geometry.solution import Solution
-from workers.retrieval.channels.base import Axis, Channel
+from workers.retrieval.channels.axis import Axis
+from workers.retrieval.channels.base import Channel
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -5,36 +5,20 @@ from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, ClassVar, Literal, Self
+from typing import Any, ClassVar, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
-from workers.diffusion.kernels import Kernel, kernel_from_json, kernel_to_json
 from workers.errors import InvalidRequestError, SpectrumError
 from workers.geometry.arrays import Float32Array, FloatArray, read_only
 from workers.geometry.sampling import SAMPLES
 from workers.geometry.solution import Solution
+from workers.retrieval.channels.axis import Axis
 from workers.retrieval.channels.normalisation import NORMALISATIONS
 from workers.retrieval.dissimilarity import find_dissimilarity
 
 NO_CENTRE = "none"
-
-
-@dataclass(frozen=True)
-class Axis:
-    """Where the numbers of a vector stand, to be drawn.
-
-    Attributes
-    ----------
-    kind : str
-        "edges" of bins, one more than numbers; "levels" of quantiles; the "index" of each number;
-        "times" at a point, of which the vector has one after the other.
-    values : tuple of float
-    """
-
-    kind: Literal["edges", "levels", "index", "times"]
-    values: tuple[float, ...]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -290,29 +274,3 @@ class Channel(ABC):
             "scale": float(value["scale"]),
             "weight": float(value["weight"]),
         }
-
-
-@dataclass(frozen=True, kw_only=True)
-class KernelChannel(Channel):
-    """A channel of a kernel.
-
-    Attributes
-    ----------
-    kernel : Kernel
-        Takes eigenvalues in the unit of the normalisation.
-    """
-
-    kernel: Kernel
-
-    def to_json(self) -> dict[str, Any]:
-        """As it is stored, with its kernel.
-
-        Returns
-        -------
-        dict
-        """
-        return super().to_json() | {"kernel": kernel_to_json(self.kernel)}
-
-    @classmethod
-    def _fields_from_json(cls, value: Mapping[str, Any]) -> dict[str, Any]:
-        return super()._fields_from_json(value) | {"kernel": kernel_from_json(value["kernel"])}

@@ -61,4 +61,4 @@ class DistanceChannel(DistributionChannel):
 
     @classmethod
     def _fields_from_json(cls, value: Mapping[str, Any]) -> dict[str, Any]:
-        return super()._fields_from_json(value) | {"samples": int(value.get("samples", SAMPLES))}
+        return super()._fields_from_json(value) | {"samples": int(value["samples"])}

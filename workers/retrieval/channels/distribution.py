@@ -11,7 +11,8 @@ from workers.errors import KernelDomainError
 from workers.geometry.arrays import FloatArray
 from workers.geometry.solution import Solution
 from workers.geometry.spectrum import Spectrum
-from workers.retrieval.channels.base import Axis, KernelChannel
+from workers.retrieval.channels.axis import Axis
+from workers.retrieval.channels.kernel import KernelChannel
 from workers.retrieval.channels.normalisation import normalised_spectrum
 from workers.retrieval.channels.summaries import (
     Histogram,

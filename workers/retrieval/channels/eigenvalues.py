@@ -8,7 +8,8 @@ import numpy as np
 
 from workers.geometry.arrays import FloatArray, IntArray
 from workers.geometry.solution import Solution
-from workers.retrieval.channels.base import Axis, Channel
+from workers.retrieval.channels.axis import Axis
+from workers.retrieval.channels.base import Channel
 from workers.retrieval.channels.normalisation import normalised_spectrum
 
 

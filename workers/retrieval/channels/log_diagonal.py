@@ -66,7 +66,7 @@ class LogDiagonalChannel(DistributionChannel):
 
     @classmethod
     def _fields_from_json(cls, value: Mapping[str, Any]) -> dict[str, Any]:
-        return super()._fields_from_json(value) | {"centre": str(value.get("centre", NO_CENTRE))}
+        return super()._fields_from_json(value) | {"centre": str(value["centre"])}
 
 
 def log_diagonal(spectrum: Spectrum, kernel: Kernel, centre: str = NO_CENTRE) -> FloatArray:

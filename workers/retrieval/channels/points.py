@@ -11,17 +11,15 @@ from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial.distance import cdist
 
 from workers.diffusion.kernels import HeatKernel
 from workers.geometry.arrays import FloatArray
 from workers.geometry.solution import Solution
-from workers.retrieval.channels.base import Axis, KernelChannel
+from workers.retrieval.chamfer import DIRECTED_CHAMFER, directed_chamfer
+from workers.retrieval.channels.axis import Axis
+from workers.retrieval.channels.kernel import KernelChannel
 from workers.retrieval.channels.log_diagonal import log_diagonal
 from workers.retrieval.channels.normalisation import normalised_spectrum
-
-DIRECTED_CHAMFER = "unfound-points"
-"""What stored models and the API call `directed_chamfer`; a query cannot ask for it."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -159,32 +157,3 @@ class PointsChannel(KernelChannel):
             "time_factors": tuple(float(level) for level in value["levels"]),
             "samples": int(value["samples"]),
         }
-
-
-def directed_chamfer(query: NDArray[Any], rows: NDArray[Any], times: int) -> FloatArray:
-    """(mean over the query's points of √δ)², δ being the distance to the nearest point of a row.
-
-    δ is the mean of |a − b| over the times. A Chamfer distance takes the mean of δ. With the root a
-    point that is found exactly counts more, and a point that is far from everything less, as those
-    at a cut are (decision 9: holes 90 instead of 79 per cent). Not symmetric; 0 for equal rows.
-
-    Parameters
-    ----------
-    query : (p · times,) float
-        Signatures, one point after the other.
-    rows : (n, p · times) float
-        Likewise.
-    times : int
-        Numbers a point.
-
-    Returns
-    -------
-    (n,) float64, not negative
-    """
-    points = np.asarray(query, dtype=np.float64).reshape(-1, times)
-    found = np.empty(len(rows))
-    for number, row in enumerate(rows):
-        others = np.asarray(row, dtype=np.float64).reshape(-1, times)
-        nearest = cdist(points, others, "cityblock").min(axis=1) / times  # (p,)
-        found[number] = np.square(np.sqrt(nearest).mean())
-    return found
