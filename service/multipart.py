@@ -90,7 +90,7 @@ async def receive_form(request: Request, folder: Path, limits: FormLimits) -> Re
 
 
 class _FormReader:
-    """Callbacks of the parser: what the part at hand is, and where its bytes go."""
+    """Callbacks of the parser: they name the current part and store its bytes."""
 
     def __init__(self, boundary: bytes, folder: Path, limits: FormLimits) -> None:
         self._folder = folder

@@ -1,8 +1,8 @@
 """How often a client may do something, counted by a sliding window.
 
 A fleet of API processes counts in Redis, so that a client has one count whichever process it
-reaches. A single process counts in memory, and so does a fleet while Redis is away: a request is
-never refused, and after the first failure never delayed, because Redis does not answer.
+reaches. A single process counts in memory, and so does a fleet while Redis is away. No request is
+refused because Redis is away, and none is delayed after the first failure.
 """
 
 import math
@@ -31,7 +31,7 @@ Answer = TypeVar("Answer")
 
 
 def read_rate(variable: str, text: str) -> RateLimitItem | None:
-    """Read a rate such as ``600/minute``; an empty text is none.
+    """Read a rate such as ``600/minute``; an empty text means no rate.
 
     Raises
     ------
@@ -97,7 +97,7 @@ class RateCounts:
             self._pool.disconnect()
 
     def _ask(self, question: Callable[[MovingWindowRateLimiter], Answer]) -> Answer:
-        """Ask Redis, or our own memory where there is none or it is away."""
+        """Ask Redis. Without Redis, or while it is away, ask the memory of this process."""
         if self._shared is not None and self._reaches_redis():
             try:
                 return question(self._shared)

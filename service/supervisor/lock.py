@@ -51,9 +51,9 @@ class Holder:
 class DirectoryLock:
     """An exclusive lock on a directory, held until closed.
 
-    The children of the supervisor inherit the descriptor: after a supervisor was killed, the
-    directory stays locked until the last of them has ended, so that no two brokers ever write
-    to one append-only file.
+    The children of the supervisor inherit the descriptor. After a supervisor was killed, the
+    directory stays locked until the last of them has ended. So two brokers never write to one
+    append-only file.
 
     Parameters
     ----------
