@@ -1,15 +1,16 @@
 """Bodies of evaluations."""
 
 from datetime import datetime
-from typing import Annotated, Any, Literal
+from typing import Any, Literal
 
-from pydantic import ConfigDict, Field, StringConstraints, field_validator
+from pydantic import ConfigDict, Field, field_validator
 from pydantic.config import JsonDict
 
 from service.schemas.collections import CollectionName, ModelName
 from service.schemas.jobs import JOB_EXAMPLE, JobAnswer, JobState
 from service.schemas.pages import time_from
-from service.schemas.text import Answer, Body, Text
+from service.schemas.queries import DissimilarityName
+from service.schemas.text import Answer, Body
 from workers.storage.evaluations import EvaluationView
 
 MAX_MODELS = 20
@@ -103,7 +104,7 @@ class NewEvaluation(Body):
         json_schema_extra={"uniqueItems": True},
         description="each once; the first is the one that others are compared with",
     )
-    dissimilarity: Annotated[Text, StringConstraints(min_length=1, max_length=40)] | None = Field(
+    dissimilarity: DissimilarityName | None = Field(
         None, description="compares all channels by this one instead of each by its own"
     )
 

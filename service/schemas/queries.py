@@ -12,6 +12,7 @@ from service.schemas.shapes import SHAPE_EXAMPLE, ShapeAnswer, answer_shape
 from service.schemas.text import Answer, Body, Text
 from service.search import filters
 from service.search.queries import Ranking, SearchOptions
+from workers.retrieval.dissimilarity import DISSIMILARITIES
 
 FIELD_PATTERN = r"^(label|name|transformation|strength|metadata(\.[^.]{1,100}){1,8})$"
 FILTER_EXAMPLE: JsonDict = {
@@ -29,6 +30,11 @@ SIMILARITY = (
     "so 0.5 means as far apart as two different kinds of shape usually are. It orders as the "
     "distance does; it is no probability that two shapes are the same."
 )
+DissimilarityName = Annotated[
+    Text,
+    StringConstraints(max_length=40),
+    Field(json_schema_extra={"enum": list(DISSIMILARITIES)}),
+]
 BOUNDS = ("gt", "gte", "lt", "lte")
 Scalar = bool | int | float | Text | None
 
@@ -139,7 +145,7 @@ class QueryOptions(Body):
     model: ModelName | None = Field(
         None, description="one the collection is described under; its own if left out"
     )
-    dissimilarity: Annotated[Text, StringConstraints(max_length=40)] | None = Field(
+    dissimilarity: DissimilarityName | None = Field(
         None, description="compares all channels by this one instead of each by its own"
     )
     max_distance: float | None = Field(None, ge=0, description="leaves out what is farther")

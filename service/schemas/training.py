@@ -29,7 +29,24 @@ DEFAULTS = LearningOptions()
 DEFAULT_VIEWS = ("detailed", "smooth")
 Unit = Literal["none", "area", "first-eigenvalue"]
 UNIT = "of the eigenvalues: the meshes' own, or whatever makes area or λ₁ 1"
-Transformation = Annotated[Text, StringConstraints(max_length=40)]
+Transformation = Annotated[
+    Text,
+    StringConstraints(max_length=40),
+    Field(json_schema_extra={"enum": list(TRANSFORMATIONS)}),
+]
+WHAT_GOES_TOGETHER: JsonDict = {
+    "anyOf": [
+        {"properties": {"correspondence": {"const": "simulated"}}},
+        {
+            "required": ["correspondence", "collection"],
+            "properties": {
+                "collection": {"type": "string"},
+                "strengths": {"type": "null"},
+                "transformations": {"maxItems": 0},
+            },
+        },
+    ]
+}
 
 
 class ViewParameters(Body):
@@ -132,6 +149,8 @@ class BankParameters(Body):
 class Training(Body):
     """What to learn from; the seed decides every choice, so the same request learns the same."""
 
+    model_config = ConfigDict(json_schema_extra=WHAT_GOES_TOGETHER)
+
     collection: CollectionName | None = Field(
         None, description="learn from its shapes; from procedural creatures if left out"
     )
@@ -179,6 +198,11 @@ class Training(Body):
 class BankTraining(Training):
     """What a bank learns from: creatures, a collection, or both; it needs no correspondences."""
 
+    correspondence: Literal["simulated", "vertex-order"] = Field(
+        "simulated",
+        description="a bank simulates all of its transformations",
+        json_schema_extra={"enum": ["simulated"]},
+    )
     creatures: int | None = Field(
         None,
         ge=0,
