@@ -99,22 +99,22 @@ def delete(name: ModelPath, services: ServicesDep) -> None:
 
 def _make(services: Services, body: NewModel) -> Job:
     """Check and plan, rows, commit, dispatch."""
-    asked = body.root
-    parameters = asked.parameters.model_dump()
-    if isinstance(asked, Untrained):
-        view = _view(services, asked.parameters.view)
-        model = untrained_model(asked.name, asked.method, parameters, view=view)
+    wanted = body.root
+    parameters = wanted.parameters.model_dump()
+    if isinstance(wanted, Untrained):
+        view = _view(services, wanted.parameters.view)
+        model = untrained_model(wanted.name, wanted.method, parameters, view=view)
         with services.database.begin() as session:
             return add_untrained(session, model)
-    pairs = [] if isinstance(asked, NewBank) else _pairs(services, asked)
-    variants = _variants(services, asked) if isinstance(asked, NewBank) else []
+    pairs = [] if isinstance(wanted, NewBank) else _pairs(services, wanted)
+    variants = _variants(services, wanted) if isinstance(wanted, NewBank) else []
     with services.database.begin() as session:
         job, parts = plan_training(
             session,
-            name=asked.name,
-            method=asked.method,
+            name=wanted.name,
+            method=wanted.method,
             parameters=parameters,
-            training=asked.training.to_request().to_json(),
+            training=wanted.training.to_request().to_json(),
             pairs=pairs,
             variants=variants,
         )
@@ -126,7 +126,7 @@ def _view(services: Services, name: str) -> View:
     return named_view(name, working_vertices=services.settings.working_vertices)
 
 
-def _pairs(services: Services, asked: Learned) -> list[Pair]:
+def _pairs(services: Services, wanted: Learned) -> list[Pair]:
     """Plan what a kernel is learned from, while others may write."""
 
     def count_vertices(source: StoredSource) -> int:
@@ -137,25 +137,25 @@ def _pairs(services: Services, asked: Learned) -> list[Pair]:
         return parsed.mesh.n_vertices
 
     with services.database.read() as session:
-        require_free_name(session, asked.name)
+        require_free_name(session, wanted.name)
         return plan_pairs(
             session,
-            asked.training.to_request(),
-            view=_view(services, asked.parameters.view),
-            criterion=asked.parameters.criterion,
+            wanted.training.to_request(),
+            view=_view(services, wanted.parameters.view),
+            criterion=wanted.parameters.criterion,
             working_vertices=services.settings.working_vertices,
             count_vertices=count_vertices,
         )
 
 
-def _variants(services: Services, asked: NewBank) -> list[Variant]:
+def _variants(services: Services, wanted: NewBank) -> list[Variant]:
     """Plan what a bank is learned from, while others may write."""
     with services.database.read() as session:
-        require_free_name(session, asked.name)
+        require_free_name(session, wanted.name)
         return plan_variants(
             session,
-            asked.training.to_request(),
-            views=[_view(services, name) for name in asked.parameters.views],
+            wanted.training.to_request(),
+            views=[_view(services, name) for name in wanted.parameters.views],
             working_vertices=services.settings.working_vertices,
         )
 

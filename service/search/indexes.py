@@ -8,6 +8,7 @@ from collections.abc import Callable
 from collections.abc import Collection as Members
 from dataclasses import dataclass
 from pathlib import Path
+from weakref import WeakSet
 
 import structlog
 from sqlalchemy.orm import Session
@@ -75,7 +76,7 @@ class SearchIndexes:
         self._folder = folder
         self._max_bytes = max_bytes
         self._indexes: OrderedDict[Key, SearchIndex] = OrderedDict()
-        self._evicted: list[tuple[Key, SearchIndex]] = []
+        self._in_use: WeakSet[SearchIndex] = WeakSet()  # also those that were evicted meanwhile
         self._lock = threading.Lock()
 
     def snapshot(self, collection_id: str, search: SearchModel) -> Snapshot:
@@ -103,6 +104,7 @@ class SearchIndexes:
             if index is None or index.identity != identity:
                 outdated, path = index, self._folder / identity.file_name
                 index = self._indexes[key] = SearchIndex(self._database, identity, path)
+                self._in_use.add(index)
                 self._remove_files(*key, but=path)
             self._indexes.move_to_end(key)
         if outdated is not None:
@@ -176,27 +178,25 @@ class SearchIndexes:
 
     def _evict(self) -> None:
         """Drop the least recently used until the rest fits."""
-        evicted: list[tuple[Key, SearchIndex]] = []
+        evicted: list[SearchIndex] = []
         with self._lock:
             total = sum(index.n_bytes for index in self._indexes.values())
             while total > self._max_bytes and len(self._indexes) > 1:
-                key, index = self._indexes.popitem(last=False)
+                _, index = self._indexes.popitem(last=False)
                 total -= index.n_bytes
-                evicted.append((key, index))
-            self._evicted += evicted
-        for entry in evicted:
-            entry[1].save()
-            with self._lock:
-                self._evicted.remove(entry)
+                evicted.append(index)
+        for index in evicted:
+            index.save()
 
     def _forget(self, concerns: Callable[[Key], bool]) -> None:
-        """Drop indexes, those among them that are just being saved."""
+        """Drop indexes, and discard those that any thread still reads or saves."""
         with self._lock:
-            discarded = [index for key, index in self._evicted if concerns(key)]
             for key in [key for key in self._indexes if concerns(key)]:
-                discarded.append(self._indexes.pop(key))
-        for index in discarded:
-            index.discard()
+                del self._indexes[key]
+            in_use = list(self._in_use)
+        for index in in_use:
+            if concerns((index.identity.collection_id, index.identity.model)):
+                index.discard()
 
     def _remove_files(
         self, collection_id: str | None, model: str | None, *, but: Path | None = None
