@@ -243,3 +243,30 @@ def test_a_glb_chunk_of_odd_length_is_padded() -> None:
     data = write(octahedron(), "glb")
     assert len(data) % 4 == 0
     assert int.from_bytes(data[8:12], "little") == len(data)
+
+
+def test_a_glb_of_very_many_empty_chunks_is_read() -> None:
+    """Each chunk once copied the rest of the file: this one took ten minutes."""
+    glb = write(box(), "glb")
+    longer = glb + (b"\0\0\0\0none" * 500_000)
+    data = longer[:8] + len(longer).to_bytes(4, "little") + longer[12:]
+    assert parse(data).mesh.n_faces == 12
+
+
+def test_3mf_parts_count_together_however_they_lie_in_the_archive() -> None:
+    """Entries may share their bytes, so that each alone unpacks to little enough."""
+    model = f"<model>{' ' * 150_000}</model>"
+    file = io.BytesIO()
+    with zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED) as archive:
+        for i in range(40):
+            archive.writestr(f"3D/{i}.model", model)
+    assert len(file.getvalue()) < 20_000
+    with pytest.raises(UploadTooLargeError, match="200 times the file's size"):
+        parse(file.getvalue())
+
+
+def test_a_tag_longer_than_a_piece_is_read() -> None:
+    """expat once read an unfinished tag from its beginning for every piece."""
+    comment = "".join(f"{i} " for i in range(300_000))
+    long = f'<object id="1" name="{comment}">{mesh_xml(box())}</object><!--{comment}-->'
+    assert parse(archive_3mf(model_xml(long, '<item objectid="1"/>'))).mesh.n_faces == 12

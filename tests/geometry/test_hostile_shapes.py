@@ -139,8 +139,8 @@ MESHES = {
     "two sheets in one": union(rectangle(9, 9), translated(rectangle(9, 9), (0, 0, 1e-10))),
     "far from the origin": translated(bumpy_sphere(2), (1e8, 0, 0)),
     "farther from the origin": translated(bumpy_sphere(2), (1e14, 1e14, 0)),
-    "flat wheel": wheel(1500, 0.0),
-    "cone": wheel(1500, 1.0),
+    "flat wheel": wheel(400, 0.0),
+    "cone": wheel(400, 1.0),
     "sixty small parts": row_of(octahedron(0.3), 60),
     "ninety parts of four faces": row_of(tetrahedron(), 90),
     "too many small parts": row_of(octahedron(0.3), 120),
@@ -150,7 +150,7 @@ MESHES = {
     "tetrahedron": tetrahedron(),
     "four faces": rectangle(2, 1),
     "random faces": random_faces(200, 600),
-    "all faces of a few vertices": random_faces(20, 2000),
+    "all faces of a few vertices": random_faces(10, 300),
     "large and tiny": union(
         icosphere(2), translated(scaled(icosphere(2), 1e-4), (1.00005, 0, 0))
     ),

@@ -3,6 +3,7 @@
 import base64
 import binascii
 import json
+import struct
 from collections import deque
 from typing import Any
 from urllib.parse import unquote_to_bytes
@@ -52,7 +53,7 @@ def read_glb(data: bytes, limits: MeshLimits) -> TriangleMesh:
     chunks: dict[int, bytes] = {}
     position = 12
     while position + 8 <= length:
-        size, kind = (int.from_bytes(data[position + i :][:4], "little") for i in (0, 4))
+        size, kind = struct.unpack_from("<II", data, position)
         if position + 8 + size > length:
             raise InvalidMeshError("a chunk of the GLB file ends after the file: it is truncated")
         chunks.setdefault(kind, data[position + 8 : position + 8 + size])

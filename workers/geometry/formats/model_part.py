@@ -65,14 +65,30 @@ def read_model_part(pieces: Iterable[bytes], count: Callable[[int, int], None]) 
     parser.StartElementHandler = handler.start
     parser.EndElementHandler = handler.end
     try:
-        for piece in pieces:
-            parser.Parse(piece, False)
-        parser.Parse(b"", True)
+        _feed(parser, pieces)
     except expat.ExpatError as error:
         raise InvalidMeshError(f"the XML of the 3MF file is damaged: {error}") from None
     except KeyError as error:
         raise InvalidMeshError(f"the XML of the 3MF file lacks the attribute {error}") from None
     return Model3MF(handler.objects, tuple(handler.build))
+
+
+def _feed(parser: expat.XMLParserType, pieces: Iterable[bytes]) -> None:
+    """Parse all pieces, with as much at a time as an unfinished tag or comment is long.
+
+    expat before 2.6 reads an unfinished one from its beginning each time something is added, so
+    small pieces would take the square of its length.
+    """
+    waiting: list[bytes] = []
+    n_waiting = n_parsed = 0
+    for piece in pieces:
+        waiting.append(piece)
+        n_waiting += len(piece)
+        if n_waiting >= n_parsed - max(parser.CurrentByteIndex, 0):
+            parser.Parse(b"".join(waiting), False)
+            n_parsed += n_waiting
+            waiting, n_waiting = [], 0
+    parser.Parse(b"".join(waiting), True)
 
 
 @dataclass

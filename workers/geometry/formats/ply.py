@@ -62,7 +62,8 @@ def _axes(element: Element) -> list[str]:
     """Return the names of the three coordinates, or raise ``InvalidMeshError``."""
     names = [p.name for p in element.properties if p.length_type is None]
     if not {"x", "y", "z"} <= set(names):
-        raise InvalidMeshError(f"PLY's vertices have the properties {names}; expected x, y and z")
+        first = [name[:24] for name in names[:8]]
+        raise InvalidMeshError(f"PLY's vertices have the properties {first}; expected x, y and z")
     return ["x", "y", "z"]
 
 

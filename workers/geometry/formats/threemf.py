@@ -19,7 +19,7 @@ from workers.geometry.mesh import TriangleMesh
 
 MOST_ENTRIES = 10_000
 MOST_PARTS = 256  # of them, model parts
-LARGEST_PART = 512 << 20  # bytes unpacked
+LARGEST_UNPACKED = 512 << 20  # bytes, all model parts together
 LARGEST_RATIO = 200  # unpacked to packed
 DEEPEST_NESTING = 16  # components within components
 MOST_INSTANCES = 100_000
@@ -72,6 +72,7 @@ def read_3mf(data: bytes, limits: MeshLimits) -> TriangleMesh:
             raise UploadTooLargeError("the 3MF archive has too many entries")
         if not entries:
             raise UnsupportedFormatError("the zip archive has no 3MF model part")
+        _check_size(entries, len(data))
         budget = _Budget(limits)
         parts = {
             "/" + entry.filename.lstrip("/"): read_model_part(_unpack(archive, entry), budget.count)
@@ -80,17 +81,25 @@ def read_3mf(data: bytes, limits: MeshLimits) -> TriangleMesh:
     return _Assembly(parts, limits).mesh()
 
 
+def _check_size(entries: list[zipfile.ZipInfo], packed: int) -> None:
+    """Raise ``UploadTooLargeError`` if the parts unpack to too much, all together.
+
+    Entries may lie over each other in the archive, so the whole file counts as packed once.
+    """
+    unpacked = sum(entry.file_size for entry in entries)
+    if unpacked > LARGEST_UNPACKED:
+        raise UploadTooLargeError(
+            f"the 3MF model parts unpack to {unpacked:,} bytes, "
+            f"but at most {LARGEST_UNPACKED:,} are accepted"
+        )
+    if unpacked > LARGEST_RATIO * max(packed, 1024):
+        raise UploadTooLargeError(
+            f"the 3MF model parts unpack to more than {LARGEST_RATIO} times the file's size"
+        )
+
+
 def _unpack(archive: zipfile.ZipFile, entry: zipfile.ZipInfo) -> Iterator[bytes]:
     """Pieces of an entry's content, never more than the directory declared."""
-    if entry.file_size > LARGEST_PART:
-        raise UploadTooLargeError(
-            f"the 3MF model part unpacks to {entry.file_size:,} bytes, "
-            f"but at most {LARGEST_PART:,} are accepted"
-        )
-    if entry.file_size > LARGEST_RATIO * max(entry.compress_size, 1024):
-        raise UploadTooLargeError(
-            f"the 3MF model part unpacks to more than {LARGEST_RATIO} times its size"
-        )
     unpacked = 0
     with archive.open(entry) as stream:
         while piece := stream.read(1 << 16):
