@@ -1,8 +1,8 @@
-"""Describing stored shapes under another model, against computing them from their files.
+"""The cost of moving a collection to another model, against computing it from its files.
 
-``python -m benchmarks.activation --shapes 1000`` makes creatures, ingests them under one model,
-moves their collection to another, all in one process with the code that workers run, and prints
-the ratio of the two times.
+``python -m benchmarks.activation --shapes 1000`` makes creatures and ingests them under one model.
+Then it moves their collection to another model, in one process with the code that workers run. It
+prints the ratio of the two times.
 """
 
 import argparse

@@ -1,10 +1,11 @@
-"""What each part of the model `proteus` gives: banks trained without it, on the same shapes.
+"""The effect of each part of the model `proteus`: banks trained without it, on the same shapes.
 
-``python -m benchmarks.bank_study --training proteus-training --benchmark bench`` takes what
-``make train-default`` stored and what ``proteus benchmark build`` made, and prints, for each way of
-training, the rows on the benchmark, and their mean beside that of all together with the 95 per
-cent interval of a paired bootstrap over shapes. Descriptors of the benchmark are kept in it; with
-``--solutions DIR``, the data directory of a service that has it already, nothing is solved twice.
+``python -m benchmarks.bank_study --training proteus-training --benchmark bench`` reads what
+``make train-default`` and ``proteus benchmark build`` stored. For each way of training it prints
+the rows on the benchmark. Beside their mean stands the difference from the full bank, with the 95
+per cent interval of a paired bootstrap over shapes. Descriptors are kept in the benchmark's folder.
+With ``--solutions DIR``, the data directory of a service, spectra that it has are not computed
+again.
 """
 
 import argparse

@@ -1,8 +1,8 @@
-"""What a shape costs from file to descriptor under a model, step by step, and what is stored of it.
+"""The cost of a shape from file to descriptor, step by step, and its size in storage.
 
-``python -m benchmarks.cost`` takes creatures whose triangles were cut into four until they have as
-many vertices as were asked for, in binary PLY; seconds are of one processor, medians. Another
-model than the shipped one is measured with ``--model FILE``, a ``proteus.json``.
+``python -m benchmarks.cost`` subdivides creatures until they have the wanted number of vertices,
+and reads them as binary PLY. Seconds are medians on one processor. ``--model FILE`` measures
+another model than the shipped one, a ``proteus.json``.
 """
 
 import argparse

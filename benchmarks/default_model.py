@@ -1,7 +1,7 @@
 """Trains the model that comes with Proteus, from creatures alone: ``make train-default``.
 
-It starts a service of its own, asks it for a bank over HTTP as anybody could, and writes what came
-out into the package. Interrupted, the same command goes on where it was; nothing in it is random.
+It starts a service, requests a bank over HTTP as any client can, and writes the trained model into
+the package. After an interruption the same command continues. Nothing in it is random.
 """
 
 import argparse
@@ -42,11 +42,12 @@ def request_body(
     strengths: Sequence[int],
     views: Sequence[str],
 ) -> Document:
-    """Return what is asked of the service.
+    """Return the body of the request for the bank.
 
-    The name says what is asked, so that what was trained for something else is not taken for it.
+    The name is a digest of the request and of the versions of the code, so that another request
+    never finds this bank.
     """
-    asked: Document = {
+    body: Document = {
         "method": "bank",
         "parameters": {
             "power": POWER,
@@ -61,12 +62,12 @@ def request_body(
             "seed": 0,
         },
     }
-    told = json.dumps([asked, BANK_VERSION, PREPARATION_VERSION, dict(VARIANT_VERSIONS)])
-    return {"name": f"bank-{hashlib.sha256(told.encode()).hexdigest()[:12]}", **asked}
+    identity = json.dumps([body, BANK_VERSION, PREPARATION_VERSION, dict(VARIANT_VERSIONS)])
+    return {"name": f"bank-{hashlib.sha256(identity.encode()).hexdigest()[:12]}", **body}
 
 
 def train(client: Client, output: Output, body: Document) -> None:
-    """Have the bank trained, or go on with its training.
+    """Train the bank, or continue its training.
 
     Raises
     ------
@@ -88,7 +89,11 @@ def train(client: Client, output: Output, body: Document) -> None:
 
 
 def trained_definition(settings: Settings, name: str) -> dict[str, Any]:
-    """Definition of the trained bank as it is stored."""
+    """Return the definition of the trained bank.
+
+    It comes from the database: ``GET /v1/models/{name}`` leaves out the quantiles of impostors and
+    the typical distances, which a model file needs.
+    """
     database = Database(settings.resolved_database_url)
     try:
         with database.read() as session:
@@ -98,7 +103,7 @@ def trained_definition(settings: Settings, name: str) -> dict[str, Any]:
 
 
 def witnesses(model: Model, species: Sequence[str]) -> list[Mapping[str, Any]]:
-    """Descriptors by which a test sees that code and model still belong together."""
+    """Return descriptors that a test compares with those of the code as it is."""
     found: list[Mapping[str, Any]] = []
     for name in species:
         mesh = make_creature(name, seed=0, vertices=WITNESS_VERTICES).rest
@@ -119,20 +124,20 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument("--strength", action="append", type=int, dest="strengths")
     parser.add_argument("--view", action="append", dest="views")
     parser.add_argument("--working-vertices", type=int, default=None)
-    asked = parser.parse_args(arguments)
+    options = parser.parse_args(arguments)
     body = request_body(
-        creatures=asked.creatures,
-        transformations=asked.transformations or PAPER_TRANSFORMATIONS,
-        strengths=asked.strengths or STRENGTHS,
-        views=asked.views or DEFAULT_VIEWS,
+        creatures=options.creatures,
+        transformations=options.transformations or PAPER_TRANSFORMATIONS,
+        strengths=options.strengths or STRENGTHS,
+        views=options.views or DEFAULT_VIEWS,
     )
     output = Output()
     with guarded(output):
         settings = load_settings(
-            data_dir=asked.data_dir,
+            data_dir=options.data_dir,
             port=0,
-            worker_processes=asked.workers,
-            working_vertices=asked.working_vertices,
+            worker_processes=options.workers,
+            working_vertices=options.working_vertices,
         )
         with service_for(settings) as (url, _), Client(url) as client:
             train(client, output, body)
@@ -142,8 +147,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
             "request": body,
             "witnesses": witnesses(Model.from_json(definition), TRAINING_SPECIES[:1]),
         }
-        write_shipped(definition, report, asked.out)
-        output.say(f"[bold]{asked.out}[/] has the model and its report")
+        write_shipped(definition, report, options.out)
+        output.say(f"[bold]{options.out}[/] has the model and its report")
 
 
 if __name__ == "__main__":

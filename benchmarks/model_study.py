@@ -1,11 +1,11 @@
-"""What the model `proteus` finds on a benchmark beside other models, and which copies it misses.
+"""The model `proteus` on a benchmark beside other models, and the copies that it misses.
 
 ``python -m benchmarks.model_study --benchmark bench`` prints the rows of the shipped model, of the
-channels of each of its views alone, of it with points that weigh ``--points`` times as much, and of
-every ``--other FILE`` (a ``proteus.json``, such as
-``git show REVISION:workers/storage/shipped/proteus.json`` gives) with the 95 per cent interval of a
-paired bootstrap over shapes; then the copies that do not come first, with their strength and rank,
-and how rough the shapes as they are and the copies of each transformation and strength are.
+channels of each of its views alone, and of the model with points of ``--points`` times the weight.
+``--other FILE`` adds another ``proteus.json``, such as
+``git show REVISION:workers/storage/shipped/proteus.json`` gives. Differences have the 95 per cent
+interval of a paired bootstrap over shapes. Then come the copies that do not find their shape first,
+with strength and rank, and the roughness of shapes and copies.
 """
 
 import argparse

@@ -1,8 +1,8 @@
-"""What the page costs: ``python -m benchmarks.page --url http://127.0.0.1:8000``.
+"""The cost of the page: ``python -m benchmarks.page --url http://127.0.0.1:8000``.
 
-Asks a running service, such as that of ``make demo``, with a browser whose cache is empty.
-Prints, as medians, bytes over the wire until the first visit shows its shapes, and what a viewer
-adds; when something is first painted; when the first picture is there. Needs Chromium.
+Opens the page of a running service, such as that of ``make demo``, with an empty cache. Prints
+medians: bytes over the wire until the first visit shows its shapes, bytes that a viewer adds, the
+time of the first paint, and of the first picture. Needs Chromium.
 """
 
 import argparse

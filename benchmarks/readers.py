@@ -1,8 +1,8 @@
-"""What readers make of damaged files: ours beside trimesh's, on the same bytes.
+"""Readers on damaged files: ours beside trimesh's, on the same bytes.
 
-``python -m benchmarks.readers`` prints, for each format, how often each said why a file cannot be
-read, raised something else, returned nonsense without a word (no faces, indices out of range,
-NaN), or returned a mesh. Our readers leave range and NaN to cleaning, which runs behind them.
+``python -m benchmarks.readers`` prints for each format how often a reader named the fault, raised
+another error, returned nonsense in silence (no faces, indices out of range, NaN), or returned a
+mesh. Our readers leave ranges and NaN to the cleaning that follows them.
 """
 
 import io

@@ -1,8 +1,8 @@
-"""Shapes are uploaded while worker, broker and API are killed: nothing acknowledged is lost.
+"""Uploads while worker, broker and API are killed: nothing acknowledged is lost.
 
-``python -m benchmarks.survival --shapes 300`` starts a service in a new directory, uploads
-creatures to it, kills each of its three processes twice with SIGKILL meanwhile, asks all the
-time, and counts at the end.
+``python -m benchmarks.survival --shapes 300`` starts a service in a new directory and uploads
+creatures to it. Meanwhile it kills each of the three processes twice with SIGKILL, and keeps
+querying. At the end it counts.
 """
 
 import argparse

@@ -1,8 +1,8 @@
-"""How uneven the triangles of meshes are: ``python -m benchmarks.triangles FOLDER ...``.
+"""The unevenness of the triangles of meshes: ``python -m benchmarks.triangles FOLDER ...``.
 
-Prints, for each mesh below the folders, how much its edges vary (standard deviation over mean) and
-how long its middle triangle is (longest edge squared over area, 1 for equal sides), beside even
-and uneven creatures of the training (decision 12).
+Prints two figures for each mesh below the folders. The first is the standard deviation of its edges
+over their mean. The second is the longest edge squared over the area, of its median triangle (1 for
+equal sides). Even and uneven creatures of the training stand beside them (decision 12).
 """
 
 import argparse

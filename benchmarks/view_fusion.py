@@ -1,8 +1,8 @@
 """Whether a view that failed should count for less: ``python -m benchmarks.view_fusion``.
 
-With a power q below 1 each view's part S of the distance counts as m (S/m)^q, m being its median
-between copies and their own shapes, so that a view that noise or holes have ruined cannot outvote
-the other. Prints the rows of ``proteus`` on a benchmark for several q; 1 is as shipped.
+A view's part S of the distance counts as m (S/m)^q, with m its median between copies and their own
+shapes. With q below 1, a view that noise or holes have ruined cannot outvote the other. Prints the
+rows of ``proteus`` on a benchmark for several q; 1 is as shipped.
 """
 
 import argparse

@@ -1,13 +1,12 @@
-"""What each way of preparing, solving and describing shapes gives, before anything is learned.
+"""Ways of preparing, solving and describing shapes, compared before anything is learned.
 
-``python -m benchmarks.view_study --benchmark bench`` describes what ``proteus benchmark build``
-made under all candidate channels of several views, and prints, for each set of views, the rows
-with even weights, and their mean beside that of the shipped views with the 95 per cent interval of
-a paired bootstrap over shapes. Scales are taken from the benchmark's own copies, for every set
-alike, and the points weigh as much as twenty other channels: so the means compare sets with each
-other, not with a trained bank. With ``--shipped`` it is the shipped model, weights and all, that
-looks at sets of two views in the place of its own: a hint at what training anew may give.
-Descriptors are kept in the benchmark's folder.
+``python -m benchmarks.view_study --benchmark bench`` describes a benchmark under all candidate
+channels of several views. For each set of views it prints the rows with even weights. Beside their
+mean stands the difference from the shipped views, with the 95 per cent interval of a paired
+bootstrap over shapes. Scales come from the benchmark's own copies, and the points weigh as much as
+twenty other channels. So the means compare sets with each other, not with a trained bank. With
+``--shipped`` the shipped model, weights and all, uses two views in place of its own: a hint at what
+a new training may give. Descriptors are kept in the benchmark's folder.
 """
 
 import argparse

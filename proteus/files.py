@@ -1,4 +1,4 @@
-"""Which files an upload sends, under which label, in which batches."""
+"""Files to upload: found below folders, labelled, divided into requests."""
 
 import io
 import os
@@ -10,7 +10,7 @@ from pathlib import Path
 ENDINGS = frozenset({".off", ".obj", ".ply", ".stl", ".glb", ".gltf", ".3mf", ".zip"})
 BATCH_FILES = 50
 BATCH_BYTES = 64 << 20
-_SAYS_ITS_LABEL = re.compile(r"^[^.]+\.[^.\d][^.]*\.\d{1,3}\.[^.]+$")
+_LABELLED_NAME = re.compile(r"^[^.]+\.[^.\d][^.]*\.\d{1,3}\.[^.]+$")
 
 
 @dataclass(frozen=True)
@@ -37,8 +37,8 @@ def find_files(
 ) -> list[UploadFile]:
     """Find the meshes and archives below the given paths, in order of their names.
 
-    A file given by name is taken whatever its ending; in folders only mesh and zip endings are,
-    and nothing hidden.
+    A file given by name is taken, whatever its ending. In folders only files with the ending of
+    a mesh or zip are taken, and nothing hidden.
 
     Parameters
     ----------
@@ -47,25 +47,27 @@ def find_files(
     label : str
         The label of all.
     labels_from_folders : bool
-        Without ``label``, take the parent folder's name, except for what lies directly in a
-        given folder, for archives (whose folders are labels in turn) and for names of the
-        form ``label.transformation.strength.ending``, which say their label themselves.
+        Without ``label``, take the name of the parent folder. Three kinds of files have none:
+        files directly in a given folder, archives (the service takes labels from the folders in
+        them), and names of the form ``label.transformation.strength.ending``.
     """
     found: dict[Path, UploadFile] = {}
     for path in paths:
         files = [path] if path.is_file() else _walk(path)
         for file in files:
             folder = "" if file.parent == path or file == path else file.parent.name
-            own = folder if labels_from_folders and not _says_its_label(file) else ""
+            own = folder if labels_from_folders and not _has_own_label(file) else ""
             chosen = UploadFile(file, label or own, file.stat().st_size)
             known = found.get(file.resolve())
-            if known is None or not known.label:  # a label, where one of several paths gives one
+            if (
+                known is None or not known.label
+            ):  # of several paths to a file, one that gives a label
                 found[file.resolve()] = chosen
     return list(found.values())
 
 
-def _says_its_label(file: Path) -> bool:
-    return file.suffix.lower() == ".zip" or bool(_SAYS_ITS_LABEL.match(file.name))
+def _has_own_label(file: Path) -> bool:
+    return file.suffix.lower() == ".zip" or bool(_LABELLED_NAME.match(file.name))
 
 
 def _walk(folder: Path) -> Iterator[Path]:
@@ -98,14 +100,14 @@ def make_batches(files: Sequence[UploadFile]) -> list[list[UploadFile]]:
 
 
 class CountingFile(io.BufferedReader):
-    """A file that tells how far it was read; read again from the start, it tells nothing twice.
+    """A file that reports how much of it was read; bytes that are read again count once.
 
     Parameters
     ----------
     path : Path
         The file.
     advance : callable
-        Is given the number of bytes that were read for the first time.
+        Called with the number of bytes that were read for the first time.
     """
 
     def __init__(self, path: Path, advance: Callable[[int], None]) -> None:
@@ -114,7 +116,7 @@ class CountingFile(io.BufferedReader):
         self._furthest = 0
 
     def read(self, size: int | None = -1, /) -> bytes:
-        """Read as any file, and tell."""
+        """Read as any file, and report it."""
         content = super().read(size)
         position = self.tell()
         if position > self._furthest:

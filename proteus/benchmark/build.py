@@ -26,21 +26,21 @@ from workers.transformations import TRANSFORMATION_VERSION
 
 MANIFEST = "benchmark.json"
 IDENTITY = ("parameters", "versions", "shapes")
-"""What of the manifest says that two benchmarks are the same."""
+"""Entries of the manifest that two equal benchmarks share."""
 Manifest = dict[str, Any]
 Advance = Callable[[int, int], None]
-"""Is given how many files are there, and how many there shall be."""
+"""Called with the number of files that exist, and the number that will."""
 
 
 @dataclass(frozen=True)
 class Built:
-    """A benchmark that lies in a folder.
+    """A benchmark in a folder.
 
     Attributes
     ----------
     folder : Path
     manifest : dict
-        What ``benchmark.json`` says.
+        The contents of ``benchmark.json``.
     """
 
     folder: Path
@@ -53,15 +53,15 @@ class Built:
 
     @property
     def digest(self) -> str:
-        """Short name of its content: other files, another digest."""
-        told = {name: self.manifest[name] for name in (*IDENTITY, "files")}
-        return hashlib.sha256(json.dumps(told, sort_keys=True).encode()).hexdigest()[:8]
+        """A short digest of its contents."""
+        identity = {name: self.manifest[name] for name in (*IDENTITY, "files")}
+        return hashlib.sha256(json.dumps(identity, sort_keys=True).encode()).hexdigest()[:8]
 
 
 def build_benchmark(
     options: BenchmarkOptions, out: Path, *, processes: int, advance: Advance = lambda *_: None
 ) -> Built:
-    """Make the files that are not there yet, and the manifest.
+    """Make the missing files of a benchmark, and its manifest.
 
     Parameters
     ----------
@@ -69,13 +69,13 @@ def build_benchmark(
     out : Path
         Empty, missing, or the same benchmark, finished or not.
     processes : int
-        How many to use; the files do not depend on it.
+        Number to use; the files do not depend on it.
     advance : callable
 
     Raises
     ------
     InvalidRequestError
-        The sources are not what was promised, or ``out`` holds something else.
+        A source cannot be used, or ``out`` holds something else.
     """
     shapes = plan_shapes(options)
     manifest = _begin(options, shapes, out)
@@ -96,12 +96,12 @@ def build_benchmark(
 
 
 def read_benchmark(folder: Path) -> Built:
-    """Return a benchmark that was built.
+    """Return the benchmark in a folder.
 
     Raises
     ------
     InvalidRequestError
-        There is none, or its building did not come to an end.
+        There is none, or its build is not finished.
     """
     path = folder / MANIFEST
     if not path.is_file():
@@ -109,14 +109,14 @@ def read_benchmark(folder: Path) -> Built:
     manifest = json.loads(path.read_text())
     if not manifest.get("complete"):
         raise InvalidRequestError(
-            f"the benchmark in {folder} is not finished; the same proteus benchmark build goes on"
+            f"the benchmark in {folder} is not finished; proteus benchmark build continues it"
         )
     return Built(folder, manifest)
 
 
 def _begin(options: BenchmarkOptions, shapes: Sequence[ShapePlan], out: Path) -> Manifest:
-    """Make the folder and its first manifest, or check that both are of this benchmark."""
-    begun = {
+    """Make the folder and its first manifest, or check that they are of this benchmark."""
+    identity = {
         "parameters": options.to_json(),
         "versions": versions(),
         "shapes": [shape.to_json() for shape in shapes],
@@ -124,7 +124,7 @@ def _begin(options: BenchmarkOptions, shapes: Sequence[ShapePlan], out: Path) ->
     path = out / MANIFEST
     if path.is_file():
         known = json.loads(path.read_text())
-        different = [name for name, value in begun.items() if known.get(name) != value]
+        different = [name for name, value in identity.items() if known.get(name) != value]
         if different:
             raise InvalidRequestError(
                 f"{out} holds another benchmark (its {' and '.join(different)} differ); "
@@ -134,12 +134,12 @@ def _begin(options: BenchmarkOptions, shapes: Sequence[ShapePlan], out: Path) ->
         raise InvalidRequestError(f"{out} is not empty and holds no {MANIFEST}; choose another")
     out.mkdir(parents=True, exist_ok=True)
     if not path.is_file():
-        _write_json(path, begun | {"complete": False})
-    return begun
+        _write_json(path, identity | {"complete": False})
+    return identity
 
 
 def versions() -> dict[str, str]:
-    """Return what the files depend on besides the sources."""
+    """Return the versions of the code that decides on the files."""
     return {
         "benchmark": BENCHMARK_VERSION,
         "transformations": TRANSFORMATION_VERSION,
@@ -150,7 +150,7 @@ def versions() -> dict[str, str]:
 def _in_processes(
     work: Sequence[Work], options: BenchmarkOptions, out: Path, processes: int
 ) -> Iterator[Outcome]:
-    """Do the work on several processors; outcomes come as they end."""
+    """Do the work on several processors; outcomes come as they are ready."""
     make = partial(make_files, options=options, out=out)
     if all(exists(out, name) for item in work for name in item.names):
         yield from map(make, work)
@@ -161,7 +161,7 @@ def _in_processes(
 def _result(
     shapes: Sequence[ShapePlan], work: Sequence[Work], outcomes: Sequence[Outcome], out: Path
 ) -> Manifest:
-    """Say what there is now; the files of a shape that failed are taken away."""
+    """Return what was made; the files of a shape that failed are removed."""
     failures = _failures(shapes, work, outcomes)
     for item in work:
         if item.shape.label in failures:
@@ -189,7 +189,7 @@ def _result(
 
 
 def _same_again(shapes: Sequence[ShapePlan]) -> Iterator[tuple[str, str]]:
-    """Files that are a query class in another pose, with the reason why they are left out."""
+    """Iterate over files that are a query class in another pose, with the reason."""
     for shape in shapes:
         if shape.same_as and isinstance(shape.source, MeshFile):
             reason = f"its vertices are connected as those of {shape.same_as}: the same shape"
@@ -199,14 +199,14 @@ def _same_again(shapes: Sequence[ShapePlan]) -> Iterator[tuple[str, str]]:
 def _failures(
     shapes: Sequence[ShapePlan], work: Sequence[Work], outcomes: Sequence[Outcome]
 ) -> dict[str, Mapping[str, Any]]:
-    """Return why shapes were left out, by label: the first reason in the order of the work."""
+    """Return the failures by label; of several the first in the order of the work."""
     order = {item: number for number, item in enumerate(work)}
     failed = sorted((o for o in outcomes if o.failure), key=lambda o: order[o.work])
     found: dict[str, Mapping[str, Any]] = {}
     for outcome in failed:
         shape = outcome.work.shape
-        told = {"label": shape.label, "transformation": outcome.work.transformation}
-        found.setdefault(shape.label, {**told, "reason": outcome.failure})
+        item = {"label": shape.label, "transformation": outcome.work.transformation}
+        found.setdefault(shape.label, {**item, "reason": outcome.failure})
     return found
 
 

@@ -1,4 +1,4 @@
-"""Which files below a folder are null shapes, poses and distractors, and what they are called."""
+"""Null shapes, poses and distractors below a folder, with their labels."""
 
 import re
 from collections.abc import Iterable
@@ -10,7 +10,7 @@ from workers.errors import InvalidRequestError
 from workers.geometry.formats.naming import read_name
 
 MARKS = ("reference", "null")
-"""What the name of the null shape says where its folder holds other meshes too."""
+"""One of these is in the name of the null shape, where its folder holds other meshes too."""
 
 
 def mesh_files(folder: Path) -> list[Path]:
@@ -26,13 +26,14 @@ def clean_label(text: str) -> str:
 def find_nulls(folder: Path) -> dict[str, MeshFile]:
     """Find the null shapes below a folder, by label.
 
-    ``<label>.ply`` and ``<label>.null.0.ply`` directly in it; otherwise the one mesh of each
-    folder ``<label>/``, or the one of its meshes whose name contains "reference" or "null".
+    Files directly in the folder are null shapes: ``<label>.ply`` or ``<label>.null.0.ply``. A
+    folder ``<label>/`` in it has one null shape. That is its only mesh, or the only mesh whose
+    name contains "reference" or "null".
 
     Raises
     ------
     InvalidRequestError
-        There are none, two of one label, or a folder does not say which of its meshes it is.
+        There are none, two have one label, or a folder has no or several meshes that could be it.
     """
     groups: dict[Path, list[Path]] = {}
     for path in mesh_files(folder):
@@ -73,7 +74,7 @@ def _null_of(place: Path, group: list[Path]) -> Path:
 
 
 def find_poses(folder: Path, label: str, null: MeshFile) -> tuple[MeshFile, ...]:
-    """Return the meshes in ``<folder>/<label>/``, in order of their names, but for the null."""
+    """Return the meshes in ``<folder>/<label>/`` except the null, in order of their names."""
     places = sorted(p for p in folder.iterdir() if p.is_dir() and clean_label(p.name) == label)
     found = [mesh_file(path, folder) for place in places for path in mesh_files(place)]
     return tuple(pose for pose in found if pose.sha256 != null.sha256)

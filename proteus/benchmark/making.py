@@ -1,4 +1,4 @@
-"""Making a benchmark's files: what one process does with one shape at a time."""
+"""The files of a benchmark, made for one shape and one transformation at a time."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -46,7 +46,7 @@ class Work:
 
 @dataclass(frozen=True)
 class Outcome:
-    """What became of one piece of work.
+    """The outcome of one piece of work.
 
     Attributes
     ----------
@@ -75,7 +75,7 @@ def plan_work(shapes: Sequence[ShapePlan], options: BenchmarkOptions) -> list[Wo
 
 
 def make_files(work: Work, options: BenchmarkOptions, out: Path) -> Outcome:
-    """Write the files of one piece of work that are not there yet; a file that exists is whole."""
+    """Write the missing files of one piece of work. Existing files are whole, and are kept."""
     missing = [
         s for s, name in zip(work.strengths, work.names, strict=True) if not exists(out, name)
     ]
@@ -125,7 +125,7 @@ def _make(
 def _resizing(
     null: TriangleMesh, options: BenchmarkOptions
 ) -> Callable[[TriangleMesh], TriangleMesh]:
-    """Return what brings the null shape, and its poses with it, to the common area."""
+    """Return the function that scales the null shape and its poses to the common area."""
     if options.normalise == "none":
         return lambda mesh: mesh
     factor = (COMMON_AREA / null.area) ** 0.5
@@ -133,7 +133,7 @@ def _resizing(
 
 
 def _pose(shape: ShapePlan, poses: Sequence[MeshFile], number: int) -> TriangleMesh | None:
-    """Return a pose; a creature has one of its own for every number."""
+    """Return a pose; a creature has another for every number."""
     if isinstance(shape.source, CreatureMesh):
         return load_creature(shape.source).posed(number + 1)
     return load_file(poses[number % len(poses)]) if poses else None

@@ -1,4 +1,4 @@
-"""What a benchmark consists of, before any of it is made."""
+"""The contents of a benchmark, before any of it is made."""
 
 import contextlib
 import hashlib
@@ -17,35 +17,36 @@ from workers.transformations import PAPER_TRANSFORMATIONS, STRENGTHS, TRANSFORMA
 Normalisation = Literal["none", "area"]
 NULL = "null"
 BENCHMARK_VERSION = "2"
-"""Part of the manifest: raised when the same sources give other files."""
+"""Part of the manifest. Raise it when the same sources give other files."""
 COMMON_AREA = 2.4
-"""Area that shapes are brought to by ``area``: the mean of the built-in creatures', so that
-kernels in raw units that were learned on creatures meet eigenvalues like those they know."""
+"""Area that ``area`` scales shapes to: the mean area of the built-in creatures. Kernels in raw
+units that were learned on creatures then meet eigenvalues like those they were learned on."""
 
 UNPOSED = frozenset({"scale"})
-"""What is done to the null shape itself. In the paper's Table 1 scale-free kernels have 100 in the
-row of scale and less in that of isometry: its scaled copies are of null shapes."""
+"""Transformations of the null shape itself, not of a pose. In the paper's Table 1 scale-free
+kernels have 100 in the row of scale and less in that of isometry, so its scaled copies are of null
+shapes."""
 DISTRACTOR_SEED = 10_000
-"""The first individual that stands among the targets only."""
+"""Seed of the first individual that is a target only."""
 
 
 @dataclass(frozen=True)
 class BenchmarkOptions:
-    """What a benchmark is made of.
+    """The options of a benchmark.
 
     Attributes
     ----------
     nulls, poses, distractors : Path, optional
         Folders: null shapes, ``<label>/<pose>`` of the same vertex order, other shapes.
     creatures, creature_distractors : int
-        How many individuals become query classes, and how many stand among the targets only.
+        Number of individuals that are query classes, and of those that are targets only.
     creature_vertices : int
-        About how many vertices each creature has.
+        Vertices of each creature, roughly.
     transformations, strengths : tuple
         Of the queries.
     seed : int
     normalise : "none" or "area"
-        Whether every shape is brought to the same area first.
+        Whether every shape is scaled to the same area first.
     """
 
     nulls: Path | None = None
@@ -60,7 +61,7 @@ class BenchmarkOptions:
     normalise: Normalisation = "none"
 
     def __post_init__(self) -> None:
-        """Check what can be checked without looking at a file."""
+        """Check what needs no file."""
         unknown = [name for name in self.transformations if name not in TRANSFORMATIONS]
         if unknown or not self.transformations:
             known = ", ".join(TRANSFORMATIONS)
@@ -79,7 +80,7 @@ class BenchmarkOptions:
             raise InvalidRequestError("the seed and the numbers of creatures must be at least 0")
 
     def to_json(self) -> dict[str, Any]:
-        """Return what decides on the files but for the sources themselves."""
+        """Return the options that decide on the files, without the sources."""
         return {
             "transformations": list(self.transformations),
             "strengths": list(self.strengths),
@@ -95,15 +96,15 @@ class ShapePlan:
     Attributes
     ----------
     label : str
-        Unlike any other's.
+        Unique in the benchmark.
     source : MeshFile or CreatureMesh
     poses : tuple of MeshFile
-        Candidates; those of another number of vertices are left out when they are read.
+        Candidates; a pose with another number of vertices than the null is left out later.
     is_query : bool
-        Whether transformed copies of it are asked with; otherwise it only stands among the others.
+        Whether transformed copies of it are queries; otherwise it is a target only.
     same_as : str
-        Label of the query class whose mesh this is in another pose: it would be a right answer that
-        counts as wrong, and is left out. Empty for all others.
+        Label of the query class whose mesh this is, in another pose; empty for most. Such a shape
+        is left out: it would be a right answer that counts as wrong.
     """
 
     label: str
@@ -113,19 +114,19 @@ class ShapePlan:
     same_as: str = ""
 
     def to_json(self) -> dict[str, Any]:
-        """Return it as it stands in the manifest."""
-        told: dict[str, Any] = {
+        """Return its entry in the manifest."""
+        entry: dict[str, Any] = {
             "label": self.label,
             "role": "query" if self.is_query else "distractor",
             "source": self.source.to_json(),
         }
         if self.same_as:
-            told["same_as"] = self.same_as
-        return told | ({"poses": [p.to_json() for p in self.poses]} if self.poses else {})
+            entry["same_as"] = self.same_as
+        return entry | ({"poses": [p.to_json() for p in self.poses]} if self.poses else {})
 
 
 def plan_shapes(options: BenchmarkOptions) -> tuple[ShapePlan, ...]:
-    """Return the shapes of a benchmark: null shapes, creatures, and those among which they stand.
+    """Return the shapes of a benchmark: null shapes, creatures, and the other targets.
 
     Raises
     ------
@@ -151,7 +152,7 @@ def plan_shapes(options: BenchmarkOptions) -> tuple[ShapePlan, ...]:
 
 
 def _connectivity(source: Source) -> str:
-    """Digest of a file's connectivity; a creature, or what cannot be read, is like nothing else."""
+    """Return a digest of a file's connectivity; unique for a creature or an unreadable file."""
     if isinstance(source, MeshFile):
         with contextlib.suppress(ProteusError):
             return connectivity(source)
@@ -159,7 +160,7 @@ def _connectivity(source: Source) -> str:
 
 
 def _query_creatures(options: BenchmarkOptions) -> Iterator[tuple[str, CreatureMesh]]:
-    """Individuals of species as far apart as can be, each species once before any twice."""
+    """Iterate over individuals of distinct species, spread evenly; then over further ones."""
     total = len(TESTED_SPECIES)
     spread = min(options.creatures, total)
     for number in range(options.creatures):
@@ -169,7 +170,7 @@ def _query_creatures(options: BenchmarkOptions) -> Iterator[tuple[str, CreatureM
 
 
 def _other_creatures(options: BenchmarkOptions) -> Iterator[tuple[str, CreatureMesh]]:
-    """Individuals with seeds of their own, of species that are not trained on either."""
+    """Iterate over individuals with other seeds, of species that no kernel is trained on."""
     for number in range(options.creature_distractors):
         species = TESTED_SPECIES[number % len(TESTED_SPECIES)]
         individual = DISTRACTOR_SEED + options.seed + number // len(TESTED_SPECIES)
@@ -178,7 +179,7 @@ def _other_creatures(options: BenchmarkOptions) -> Iterator[tuple[str, CreatureM
 
 
 def near_twins(shapes: Sequence[ShapePlan]) -> dict[str, int]:
-    """Species of which several individuals are query classes, with how many there are."""
+    """Return the species of which several individuals are query classes, with their number."""
     counts = Counter(
         shape.source.species
         for shape in shapes
@@ -188,11 +189,11 @@ def near_twins(shapes: Sequence[ShapePlan]) -> dict[str, int]:
 
 
 def pose_number(transformation: str, strength: int) -> int:
-    """Which pose, counted from 0, a query stands on: isometry s is the s-th, and so on in turn."""
+    """Return the pose of a query, counted from 0; each transformation and strength has its own."""
     return TRANSFORMATIONS.index(transformation) * len(STRENGTHS) + strength - 1
 
 
 def shape_seed(seed: int, label: str) -> int:
-    """Return the seed of one shape's transformations: two shapes are not changed alike."""
+    """Return the seed of one shape's transformations; two shapes have two seeds."""
     digest = hashlib.sha256(f"benchmark/{seed}/{label}".encode()).digest()
     return int.from_bytes(digest[:6], "little")

@@ -1,4 +1,4 @@
-"""Where a benchmark's meshes come from: files of a person's, or creatures."""
+"""Sources of a benchmark's meshes: files, or procedural creatures."""
 
 import functools
 import hashlib
@@ -14,7 +14,7 @@ from workers.geometry.edges import undirected_edges
 from workers.geometry.formats import parse
 from workers.geometry.mesh import TriangleMesh
 
-REFINEMENTS = 6  # rings of neighbours by which vertices are told apart
+REFINEMENTS = 6  # rings of neighbours that a vertex's colour depends on
 MULTIPLIER = 0x9E3779B97F4A7C15  # odd: no colour is lost
 
 
@@ -27,7 +27,7 @@ class MeshFile:
     path : Path
         Where it is.
     name : str
-        Its path below the folder that was given, for people and for the manifest.
+        Its path below the given folder, as the manifest has it.
     sha256 : str
         Of its bytes, in hex.
     """
@@ -37,13 +37,13 @@ class MeshFile:
     sha256: str
 
     def to_json(self) -> dict[str, Any]:
-        """Return it as it stands in the manifest."""
+        """Return its entry in the manifest."""
         return {"file": self.name, "sha256": self.sha256}
 
 
 @dataclass(frozen=True)
 class CreatureMesh:
-    """An individual of a species; its poses are made as they are needed.
+    """An individual of a species; its poses are made when they are needed.
 
     Attributes
     ----------
@@ -52,7 +52,7 @@ class CreatureMesh:
     individual : int
         Its seed.
     vertices : int
-        About how many it has.
+        Their number, roughly.
     """
 
     species: str
@@ -60,7 +60,7 @@ class CreatureMesh:
     vertices: int
 
     def to_json(self) -> dict[str, Any]:
-        """Return it as it stands in the manifest."""
+        """Return its entry in the manifest."""
         return {
             "species": self.species,
             "individual": self.individual,
@@ -79,13 +79,13 @@ def mesh_file(path: Path, folder: Path) -> MeshFile:
 
 @functools.lru_cache(maxsize=4)
 def load_creature(source: CreatureMesh) -> Creature:
-    """Return the individual; the last few are kept."""
+    """Return the individual. The last few are cached."""
     return make_creature(source.species, seed=source.individual, vertices=source.vertices)
 
 
 @functools.lru_cache(maxsize=16)
 def load_file(source: MeshFile) -> TriangleMesh:
-    """Return a file's mesh as it was written: its vertex order counts; the last few are kept.
+    """Return a file's mesh in its own vertex order. The last few are cached.
 
     Raises
     ------
@@ -96,7 +96,7 @@ def load_file(source: MeshFile) -> TriangleMesh:
 
 
 def load_null(source: Source, *, keep_order: bool) -> TriangleMesh:
-    """Return the mesh to begin with, repaired unless the vertex order is to be kept.
+    """Return the null shape's mesh, repaired unless the vertex order is to be kept.
 
     Raises
     ------
@@ -112,10 +112,10 @@ def load_null(source: Source, *, keep_order: bool) -> TriangleMesh:
 
 @functools.cache
 def connectivity(source: MeshFile) -> str:
-    """Digest of how a file's vertices are connected, whatever their order and places.
+    """Return a digest of how a file's vertices are connected, in any order and any pose.
 
-    Files of the same digest are one mesh in several poses: each vertex is told apart by the numbers
-    of its neighbours' neighbours, some rings out (colour refinement; Weisfeiler, Leman 1968).
+    Files of the same digest are one mesh in several poses. A vertex's colour depends on the degrees
+    of its neighbours, some rings out (colour refinement; Weisfeiler, Leman 1968).
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""What the training of a bank found, as tables."""
+"""The report of a bank's training, as tables."""
 
 from typing import Any
 
@@ -11,10 +11,10 @@ from proteus.terminal.tables import cell, facts_table, make_table
 FACTS = {
     "n_references": "shapes learned from",
     "n_queries": "transformed copies",
-    "n_groups": "groups of them",
+    "n_groups": "groups of similar shapes",
     "n_failed_variants": "variants that failed",
     "n_candidates": "candidate channels",
-    "share_that_sees_scale": "weight on what sees scale",
+    "share_that_sees_scale": "weight of channels that see scale",
 }
 PARTS = {"training": "learned from", "held_out": "held out"}
 
@@ -57,8 +57,8 @@ def channels_table(channels: list[Document], ablation: list[Document]) -> Table:
 
 
 def similarity_table(similarity: list[Document]) -> Table:
-    """Return whether as many impostors come closer as similarity says."""
-    headings = ("said", "found among held out")
+    """Return the share of impostors that come closer: as similarity promises, and as found."""
+    headings = ("promised", "found among held out")
     title = "share of impostors that come closer"
     table = make_table(*headings, title=title, numbers=headings)
     for entry in similarity:

@@ -36,23 +36,21 @@ PosesOption = Annotated[
         "--poses",
         exists=True,
         file_okay=False,
-        help="LABEL/*: meshes of the null's vertex order; transformations go on top of them.",
+        help="Poses LABEL/*, of the null's vertex order; transformations are applied to them.",
     ),
 ]
 DistractorsOption = Annotated[
     Path | None,
-    typer.Option(
-        "--distractors", exists=True, file_okay=False, help="Other shapes to stand among."
-    ),
+    typer.Option("--distractors", exists=True, file_okay=False, help="Other shapes to search."),
 ]
 ProcessesOption = Annotated[
     int | None,
-    typer.Option("--processes", "-p", min=1, help="To use; default: one a processor."),
+    typer.Option("--processes", "-p", min=1, help="Processes to use. Default: one per processor."),
 ]
 
 
 class Normalise(StrEnum):
-    """What every shape is brought to first."""
+    """What every shape is scaled to first."""
 
     NONE = "none"
     AREA = "area"
@@ -74,32 +72,31 @@ def build(
     poses: PosesOption = None,
     distractors: DistractorsOption = None,
     creatures: Annotated[
-        int, typer.Option(min=0, help="So many procedural creatures as query classes too.")
+        int, typer.Option(min=0, help="Procedural creatures among the query classes.")
     ] = 0,
     creature_distractors: Annotated[
-        int, typer.Option(min=0, help="So many other creatures to stand among.")
+        int, typer.Option(min=0, help="Other creatures to search.")
     ] = 0,
     creature_vertices: Annotated[
-        int, typer.Option(min=2000, max=20_000, help="About how many vertices a creature has.")
+        int, typer.Option(min=2000, max=20_000, help="Vertices of a creature, roughly.")
     ] = 4000,
     transformation: Annotated[
         list[str] | None,
-        typer.Option("--transformation", "-t", help="Only these; default: the paper's eleven."),
+        typer.Option("--transformation", "-t", help="Repeatable. Default: the paper's eleven."),
     ] = None,
     strength: Annotated[
-        list[int] | None, typer.Option("--strength", "-s", help="Only these; default: 1 to 5.")
+        list[int] | None, typer.Option("--strength", "-s", help="Repeatable. Default: 1 to 5.")
     ] = None,
     normalise: Annotated[
-        Normalise, typer.Option(help="Bring every shape to one area, as if of one unit.")
+        Normalise, typer.Option(help="area: scale every shape to one area.")
     ] = Normalise.NONE,
-    seed: Annotated[int, typer.Option(min=0, help="Of all that is random.")] = 0,
+    seed: Annotated[int, typer.Option(min=0, help="Seed of all that is random.")] = 0,
     processes: ProcessesOption = None,
 ) -> None:
     """Write null shapes and transformed copies: LABEL.TRANSFORMATION.STRENGTH.ply.
 
-    The same options give the same files. What is there already is kept, so that an interrupted
-    build goes on where it was. A shape that cannot be read or transformed is named and left out;
-    then the exit code is 1.
+    The same options give the same files. An interrupted build continues: existing files are kept.
+    A shape that cannot be read or transformed is left out and named, and the exit code is 1.
     """
     from proteus.benchmark.build import build_benchmark
     from proteus.benchmark.plan import BenchmarkOptions
@@ -155,26 +152,37 @@ def _show_built(output: Output, built: "Built") -> None:
 @connected
 def run(
     session: Session,
-    folder: Annotated[Path, typer.Argument(exists=True, file_okay=False, metavar="DIR")],
+    folder: Annotated[
+        Path,
+        typer.Argument(
+            exists=True, file_okay=False, metavar="DIR", help="Folder of the benchmark."
+        ),
+    ],
     collection: Annotated[
-        str, typer.Option("--collection", "-c", help="Default: the folder's name.")
+        str,
+        typer.Option("--collection", "-c", help="Collection to use. Default: the folder's name."),
     ] = "",
     model: Annotated[
-        list[str] | None, typer.Option("--model", "-m", help="Models to measure; again for more.")
+        list[str] | None,
+        typer.Option(
+            "--model", "-m", help="Model to measure. Repeatable. Default: five built-in models."
+        ),
     ] = None,
     view: Annotated[
         ViewName | None,
-        typer.Option(help="Measure built-in models on shapes with holes open, or closed."),
+        typer.Option(help="View of built-in models: holes open or closed."),
     ] = None,
     dissimilarity: Annotated[
-        str, typer.Option(help="For all channels, instead of each one's own.")
+        str, typer.Option(help="Another dissimilarity than the channels'.")
     ] = "",
     out: Annotated[
         Path | None,
-        typer.Option("--out", "-o", dir_okay=False, help="Save it too: .json or .csv."),
+        typer.Option(
+            "--out", "-o", dir_okay=False, help="Also save the evaluation: .json or .csv."
+        ),
     ] = None,
 ) -> None:
-    """Upload a benchmark, ask with every transformed shape, and show Table 1."""
+    """Upload a benchmark, evaluate models on it, and show Table 1."""
     from proteus.benchmark.build import read_benchmark
     from proteus.benchmark.run import collection_name, ensure_model, upload_benchmark
     from proteus.evaluations import evaluate

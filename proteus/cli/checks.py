@@ -1,4 +1,4 @@
-"""What ``proteus doctor`` looks at, and what it advises."""
+"""The checks of ``proteus doctor``, with its advice."""
 
 import os
 import re
@@ -38,7 +38,7 @@ class Check:
     found : str
         What was found.
     advice : str
-        What to do, where something is to be done.
+        What to do; empty if nothing.
     """
 
     name: str
@@ -171,7 +171,7 @@ def check_broker(settings: Settings) -> Iterator[Check]:
 
 
 def check_service(client: Client) -> Iterator[Check]:
-    """Check that a service answers at the client's URL, and what it says of itself."""
+    """Check that a service answers at the client's URL, and that it is ready."""
     try:
         client.request("GET", "/healthz")
     except UnreachableError:
@@ -196,7 +196,7 @@ def check_service(client: Client) -> Iterator[Check]:
 
 
 def _readiness(state: Document) -> Check:
-    """Read what ``/readyz`` says: a status, and one entry for each part it looked at."""
+    """Return the answer of ``/readyz`` as a check: a status, and one entry for each part."""
     status = str(state.get("status", "ok"))
     parts = [f"{name}: {value}" for name, value in _flat(state) if name != "status"]
     found = ", ".join([status, *parts])

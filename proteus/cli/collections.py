@@ -12,7 +12,8 @@ from proteus.terminal.tables import cell, facts_table, make_table, time_cell
 app = typer.Typer(help="Collections of shapes: list, create, show, delete.", no_args_is_help=True)
 
 NameArgument = Annotated[
-    str, typer.Argument(metavar="NAME", help="Small letters, digits, - and _.", show_default=False)
+    str,
+    typer.Argument(metavar="NAME", help="Lower-case letters, digits, - and _.", show_default=False),
 ]
 
 
@@ -44,7 +45,9 @@ def create_collection(
     session: Session,
     name: NameArgument,
     description: Annotated[str, typer.Option(help="What is in it.")] = "",
-    model: Annotated[str, typer.Option(help="How its shapes are described.")] = "",
+    model: Annotated[
+        str, typer.Option(help="Model of the collection. Default: the service's.")
+    ] = "",
 ) -> None:
     """Create a collection."""
     body = {"name": name, "description": description or None, "model": model or None}

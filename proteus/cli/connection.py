@@ -15,18 +15,20 @@ from proteus.terminal.output import Output
 P = ParamSpec("P")
 
 UrlOption = Annotated[
-    str, typer.Option("--url", envvar="PROTEUS_URL", help="Where the service is.", metavar="URL")
+    str, typer.Option("--url", envvar="PROTEUS_URL", help="URL of the service.", metavar="URL")
 ]
 KeyOption = Annotated[
     str,
-    typer.Option("--key", envvar="PROTEUS_KEY", help="API key, if it asks for one.", metavar="KEY"),
+    typer.Option(
+        "--key", envvar="PROTEUS_KEY", help="API key, if the service needs one.", metavar="KEY"
+    ),
 ]
-JsonOption = Annotated[bool, typer.Option("--json", help="One JSON document on stdout.")]
+JsonOption = Annotated[bool, typer.Option("--json", help="Write one JSON document to stdout.")]
 
 
 @dataclass(frozen=True)
 class Session:
-    """What a client's command works with."""
+    """The service and the output of a command."""
 
     client: Client
     output: Output

@@ -28,17 +28,22 @@ class FileFormat(StrEnum):
 @local
 def creatures(
     output: Output,
-    out: Annotated[Path, typer.Argument(file_okay=False, help="Folder to write to.")],
+    out: Annotated[
+        Path, typer.Argument(file_okay=False, metavar="OUT", help="Folder to write to.")
+    ],
     species: Annotated[
-        list[str] | None, typer.Option("--species", "-s", help="Only these; again for more.")
+        list[str] | None,
+        typer.Option("--species", "-s", help="Species to write. Repeatable. Default: all."),
     ] = None,
-    individuals: Annotated[int, typer.Option(min=1, help="Individuals a species.")] = 1,
-    poses: Annotated[int, typer.Option(min=1, help="Poses an individual.")] = 3,
-    seed: Annotated[int, typer.Option(min=0, help="Of the first individual.")] = 0,
-    form: Annotated[FileFormat, typer.Option("--format", "-f")] = FileFormat.PLY,
+    individuals: Annotated[int, typer.Option(min=1, help="Individuals of each species.")] = 1,
+    poses: Annotated[int, typer.Option(min=1, help="Poses of each individual.")] = 3,
+    seed: Annotated[int, typer.Option(min=0, help="Seed of the first individual.")] = 0,
+    form: Annotated[
+        FileFormat, typer.Option("--format", "-f", help="File format.")
+    ] = FileFormat.PLY,
     sheet: Annotated[
         Path | None,
-        typer.Option(dir_okay=False, help="Also a contact sheet of all (PNG)."),
+        typer.Option(dir_okay=False, help="Also draw all into one picture (PNG)."),
     ] = None,
 ) -> None:
     """Write procedural creatures as mesh files: OUT/species/species-individual-pose.ply.
@@ -67,9 +72,9 @@ def creatures(
                 bar.advance(task)
     if sheet is not None:
         write_sheet(sheet, shown, columns=max(6, individuals * poses), output=output)
-    told = {"files": [str(path) for path in written], "sheet": str(sheet) if sheet else None}
+    document = {"files": [str(path) for path in written], "sheet": str(sheet) if sheet else None}
     place = f"wrote {len(written)} meshes to {escape(str(out))}"
-    output.show(told, place + (f" and a sheet to {escape(str(sheet))}" if sheet else ""))
+    output.show(document, place + (f" and a sheet to {escape(str(sheet))}" if sheet else ""))
 
 
 def make_poses(

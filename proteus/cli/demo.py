@@ -1,4 +1,4 @@
-"""``proteus demo``: the whole way from shapes to ranked answers, in one go."""
+"""``proteus demo``: from shapes to ranked answers with one command."""
 
 import contextlib
 from collections.abc import Sequence
@@ -32,14 +32,14 @@ MATCHES = 5
 
 @dataclass(frozen=True)
 class Answer:
-    """A question of the demo and what came of it.
+    """A query of the demo and its answer.
 
     Attributes
     ----------
     creature, deformation : str
-        Which individual was asked for, and what had been done to it.
+        The individual to be found, and how its mesh was deformed.
     path : Path
-        The mesh file that was asked with.
+        The mesh file.
     result : dict
         The QueryResult.
     """
@@ -57,8 +57,8 @@ class Answer:
 
     def to_json(self) -> Document:
         """Return it as a JSON object."""
-        told = {"creature": self.creature, "deformation": self.deformation, "mesh": str(self.path)}
-        return {**told, "found_first": self.is_right, "result": self.result}
+        query = {"creature": self.creature, "deformation": self.deformation, "mesh": str(self.path)}
+        return {**query, "found_first": self.is_right, "result": self.result}
 
 
 @local
@@ -66,7 +66,7 @@ def demo(
     output: Output,
     end: Annotated[
         bool,
-        typer.Option("--exit", help="End after the answers; exit code 1 if one was wrong."),
+        typer.Option("--exit", help="Stop after the answers. The exit code is 1 if one was wrong."),
     ] = False,
     data_dir: DataOption = None,
     host: HostOption = None,
@@ -74,10 +74,10 @@ def demo(
     workers: WorkersOption = None,
     key: KeyOption = "",
 ) -> None:
-    """See it work: start all, make creatures, upload them, ask with deformed copies.
+    """Try Proteus: start it, upload procedural creatures, search with deformed copies.
 
-    Uses the service that runs on the data directory, or starts one, which goes on serving until
-    Ctrl-C. A second demo reuses what the first has made.
+    Uses the service that runs on the data directory, or starts one, which runs until Ctrl-C.
+    A second demo reuses the creatures of the first.
     """
     settings = load_settings(
         host=host, port=port, data_dir=data_dir, worker_processes=workers
@@ -88,16 +88,16 @@ def demo(
         right = all(answer.is_right for answer in answers)
         document = {"url": url, "passed": right, "queries": [a.to_json() for a in answers]}
         output.show(document, _verdict(answers))
-        _tell_next(output, url, settings, example=answers[0].path)
+        _show_next_steps(output, url, settings, example=answers[0].path)
         if service is not None and not end:
-            output.say("[dim]It goes on serving; Ctrl-C stops it.[/]")
+            output.say("[dim]The service keeps running; Ctrl-C stops it.[/]")
             service.wait()
     if not right:
         raise typer.Exit(EXIT_FAILED)
 
 
 def _show(client: Client, output: Output, settings: Settings) -> list[Answer]:
-    """Make the collection, upload it, ask; return the answers."""
+    """Make the collection, upload it, and return the answers to all queries."""
     from proteus.cli.demo_shapes import demo_questions, demo_shapes, generator_key, write_meshes
 
     folder = settings.data_path / "demo" / generator_key()
@@ -117,7 +117,7 @@ def _show(client: Client, output: Output, settings: Settings) -> list[Answer]:
 
 
 def _ask(client: Client, output: Output, question: "DemoMesh", path: Path) -> Answer:
-    """Ask one question, and show its ranked answer."""
+    """Search with one deformed copy, and show the ranked answer."""
     options = {"limit": MATCHES}
     result = query_by_mesh(client, COLLECTION, path.name, path.read_bytes(), options)
     answer = Answer(question.creature, question.deformation, path, result)
@@ -128,7 +128,7 @@ def _ask(client: Client, output: Output, question: "DemoMesh", path: Path) -> An
 
 
 def _verdict(answers: Sequence[Answer]) -> str:
-    """Say how many questions were answered rightly, and which were not."""
+    """Return how many answers are right, and which are not."""
     wrong = [answer for answer in answers if not answer.is_right]
     count = f"{len(answers) - len(wrong)} of {len(answers)}"
     text = f"{count} deformed copies found their own creature first"
@@ -138,8 +138,8 @@ def _verdict(answers: Sequence[Answer]) -> str:
     return f"\n[red]✗[/] {text}; not: {escape(names)}"
 
 
-def _tell_next(output: Output, url: str, settings: Settings, *, example: Path) -> None:
-    """Say where everything is and what to try."""
+def _show_next_steps(output: Output, url: str, settings: Settings, *, example: Path) -> None:
+    """Show where everything is and what to try."""
     if output.as_json:
         return
     elsewhere = "" if url == DEFAULT_URL else f" --url {url}"

@@ -1,4 +1,4 @@
-"""The demo's shapes: creatures for the collection, and deformed copies of them as questions."""
+"""The demo's meshes: creatures for the collection, and deformed copies of them as queries."""
 
 import functools
 import hashlib
@@ -41,7 +41,7 @@ class DemoMesh:
     individual, pose : int
         Seeds; a mesh of the same individual in another pose is the same creature.
     deformation : str
-        A key of ``DEFORMATIONS`` for a question, empty for a shape of the collection.
+        A key of ``DEFORMATIONS`` for a query, empty for a shape of the collection.
     """
 
     species: str
@@ -90,7 +90,7 @@ def demo_shapes() -> list[DemoMesh]:
 
 
 def demo_questions() -> list[DemoMesh]:
-    """Return the questions: each of another species, the deformations in turn."""
+    """Return the queries: each of another species, the deformations in turn."""
     kinds = list(DEFORMATIONS)
     chosen = [SPECIES[i * len(SPECIES) // QUESTIONS] for i in range(QUESTIONS)]
     return [
@@ -100,21 +100,21 @@ def demo_questions() -> list[DemoMesh]:
 
 
 def write_meshes(meshes: Sequence[DemoMesh], folder: Path, *, processes: int) -> Iterator[int]:
-    """Write the files that are not there yet, on several processors.
+    """Write the missing files, on several processors.
 
     Parameters
     ----------
     meshes : sequence of DemoMesh
-        What there should be.
+        To be written.
     folder : Path
-        Below which the files are.
+        Of the files.
     processes : int
-        How many to use.
+        Number to use.
 
     Yields
     ------
     int
-        How many files are there now.
+        Number of files that exist now.
     """
     missing = [mesh for mesh in meshes if not (folder / mesh.path).exists()]
     done = len(meshes) - len(missing)
@@ -131,14 +131,14 @@ def write_meshes(meshes: Sequence[DemoMesh], folder: Path, *, processes: int) ->
 
 
 def _write_files(meshes: Sequence[DemoMesh], folder: Path) -> int:
-    """Write meshes, each so that a file that exists is whole; return how many."""
+    """Write meshes; return their number."""
     for mesh in meshes:
         write_whole(folder / mesh.path, write(mesh.make(), "ply"))
     return len(meshes)
 
 
 def generator_key() -> str:
-    """Return a short name of the code that makes the meshes: another version, another folder."""
+    """Return a digest of the code that makes the meshes: another version has another folder."""
     sources = [Path(__file__)]
     for package in (workers.creatures, workers.transformations):
         sources += sorted(Path(next(iter(package.__path__))).rglob("*.py"))

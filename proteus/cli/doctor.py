@@ -1,4 +1,4 @@
-"""``proteus doctor``: look at everything that could be wrong, and say what to do."""
+"""``proteus doctor``: what could be wrong, and what to do about it."""
 
 from collections.abc import Iterator
 
@@ -28,7 +28,7 @@ def doctor(session: Session, data_dir: DataOption = None) -> None:
     """Check this machine, the data directory and the service, and say what to do.
 
     Looks at Python, packages, data directory, lock, disk, database, broker, worker and the API.
-    Exit code 1 if something will not work; a service that is not running is only mentioned.
+    The exit code is 1 if something will not work. A service that is not running is no error.
     """
     found = list(_examine(session, data_dir))
     table = make_table("", "what", "found")

@@ -1,4 +1,4 @@
-"""A service for as long as a command needs one: the running one, or one started for it."""
+"""A service for as long as a command needs one: the one that runs, or one that is started."""
 
 import contextlib
 import os
@@ -40,19 +40,19 @@ class EmbeddedService:
                 *("--workers", str(settings.worker_processes)),
             ],
             stdin=subprocess.DEVNULL,
-            stdout=subprocess.DEVNULL,  # where it is, is said by this process
+            stdout=subprocess.DEVNULL,  # this process shows where it is
             env={**os.environ, f"{PREFIX}WORKING_VERTICES": str(settings.working_vertices)},
             process_group=0,
             preexec_fn=partial(die_with, os.getpid()),
         )
 
     def wait_until_ready(self) -> str:
-        """Return the URL once the API works.
+        """Return the URL once the API is ready.
 
         Raises
         ------
         CommandError
-            It ended, having said why, or took too long.
+            It ended or took too long.
         """
         until = time.monotonic() + START_SECONDS
         while time.monotonic() < until:
@@ -71,7 +71,7 @@ class EmbeddedService:
             self._process.wait()
 
     def stop(self) -> None:
-        """End it in order; Ctrl-C meanwhile ends it at once."""
+        """Stop it in order; a Ctrl-C meanwhile stops it at once."""
         while self._process.poll() is None:
             with contextlib.suppress(ProcessLookupError):
                 self._process.send_signal(signal.SIGINT)
@@ -95,14 +95,14 @@ def _url_of(directory: Path, *, pid: int | None = None) -> str:
 
 @contextlib.contextmanager
 def service_for(settings: Settings) -> Iterator[tuple[str, EmbeddedService | None]]:
-    """Use the service that runs on the data directory, or one that is started for this.
+    """Use the service that runs on the data directory, or start one.
 
     Yields
     ------
     url : str
-        Where its API is.
+        Of its API.
     service : EmbeddedService or None
-        The one that was started here, and is stopped at the end.
+        The one that was started, which is stopped at the end.
     """
     url = _url_of(settings.data_path)
     if url:

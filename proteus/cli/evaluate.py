@@ -1,4 +1,4 @@
-"""``proteus evaluate``: how well models find the shapes of a labelled collection again."""
+"""``proteus evaluate``: how well models find the shapes of a labelled collection."""
 
 import csv
 from pathlib import Path
@@ -31,20 +31,26 @@ def evaluate(
     collection: Annotated[str, typer.Argument(metavar="COLLECTION", show_default=False)],
     models: Annotated[
         list[str] | None,
-        typer.Option("--model", "-m", help="A model; again for more. Default: the collection's."),
+        typer.Option(
+            "--model", "-m", help="Model to measure. Repeatable. Default: the collection's."
+        ),
     ] = None,
-    dissimilarity: Annotated[str, typer.Option(help="Compare by another dissimilarity.")] = "",
-    by_strength: Annotated[bool, typer.Option("--by-strength", help="A row a strength.")] = False,
-    worst: Annotated[int, typer.Option(min=0, help="Show so many of the worst queries.")] = 10,
+    dissimilarity: Annotated[
+        str, typer.Option(help="Another dissimilarity than the models'.")
+    ] = "",
+    by_strength: Annotated[
+        bool, typer.Option("--by-strength", help="Show a row for each strength.")
+    ] = False,
+    worst: Annotated[int, typer.Option(min=0, help="Number of worst queries to show.")] = 10,
     csv_file: Annotated[
-        Path | None, typer.Option("--csv", dir_okay=False, help="Write the table as CSV too.")
+        Path | None, typer.Option("--csv", dir_okay=False, help="Also write the table as CSV.")
     ] = None,
 ) -> None:
     """Measure models on a collection whose shapes have labels.
 
-    Transformed shapes (<label>.<transformation>.<strength>.off) are asked with, all others are
-    searched, and right is what has the same label. Without transformations each shape is asked
-    against the rest.
+    Transformed shapes, named <label>.<transformation>.<strength>.off, are the queries. All others
+    are searched. An answer is right if it has the label of its query. If no shape is transformed,
+    each shape is a query against the rest.
     """
     client = session.client
     chosen = models or [str(client.get(f"/v1/collections/{collection}")["model"])]

@@ -23,14 +23,14 @@ MEASURES = {
 
 @dataclass(frozen=True)
 class Figures:
-    """A table with a column a model; as many tables as the screen is too narrow for one.
+    """A table with a column for each model; several tables where the screen is too narrow for one.
 
     Attributes
     ----------
     first : str
         Heading of the rows' names.
     models : list of str
-    rows : list of (name, one figure a model)
+    rows : list of (name, a figure for each model)
         As markup.
     """
 
@@ -117,7 +117,7 @@ def measures_table(found: Document) -> Figures:
 
 
 def difference_lines(found: Document) -> list[str]:
-    """How far each model is above the first, and whether that may be chance."""
+    """Return how far each model is above the first, and whether that may be chance."""
     lines = []
     for model, differences in found["differences"].items():
         its = differences.get("mean_of_rows") or differences["mean_average_precision"]
@@ -131,14 +131,14 @@ def difference_lines(found: Document) -> list[str]:
 
 
 def worst_queries(found: Document, count: int) -> list[Document]:
-    """Ranks of the queries whose first relevant target comes latest, under the best model."""
+    """Return the queries that the best model answers worst, by the rank of their first target."""
     best = best_model(found)
     missed = [row for row in found["ranks"] if row["model"] == best and row["rank"] > 1]
     return sorted(missed, key=lambda row: -row["rank"])[:count]
 
 
 def worst_table(rows: Sequence[Document], names: Mapping[str, str]) -> Table:
-    """Queries, where their first relevant target came, and what came first instead."""
+    """Return queries with the rank of their first relevant target, and the first match instead."""
     table = make_table("query", "rank", "first instead", numbers=("rank",))
     for row in rows:
         table.add_row(cell(names[row["query"]]), str(row["rank"]), cell(names[row["top"][0]]))
@@ -146,7 +146,7 @@ def worst_table(rows: Sequence[Document], names: Mapping[str, str]) -> Table:
 
 
 def best_model(found: Document) -> str:
-    """Name of the model with the highest mean; of equals the first."""
+    """Return the model with the highest mean; of equals the first."""
     means = found["mean_of_rows"] or found["mean_intervals"]
     models: list[str] = found["models"]
     return max(models, key=lambda model: float(means[model]["value"]))

@@ -26,12 +26,16 @@ IdArgument = Annotated[str, typer.Argument(metavar="ID", help="The job's id.")]
 @connected
 def list_jobs(
     session: Session,
-    kind: Annotated[str, typer.Option(help="ingest, query, train, describe or evaluate.")] = "",
-    state: Annotated[
-        str, typer.Option(help="queued, running, succeeded, failed or cancelled.")
+    kind: Annotated[
+        str, typer.Option(help="Only this kind: ingest, query, train, describe, evaluate.")
     ] = "",
-    collection: Annotated[str, typer.Option("--collection", "-c")] = "",
-    limit: Annotated[int, typer.Option("--limit", "-n", min=1, help="At most so many.")] = 50,
+    state: Annotated[
+        str, typer.Option(help="Only this state: queued, running, succeeded, failed, cancelled.")
+    ] = "",
+    collection: Annotated[
+        str, typer.Option("--collection", "-c", help="Only of this collection.")
+    ] = "",
+    limit: Annotated[int, typer.Option("--limit", "-n", min=1, help="Most jobs to list.")] = 50,
 ) -> None:
     """List jobs."""
     chosen = {"kind": kind, "state": state, "collection": collection}
@@ -72,21 +76,21 @@ def show_job(session: Session, identifier: IdArgument) -> None:
 @app.command("cancel")
 @connected
 def cancel_job(session: Session, identifier: IdArgument) -> None:
-    """Cancel a job; what is done of it stays."""
+    """Cancel a job. What it has done already stays."""
     _show(session, session.client.post(f"/v1/jobs/{identifier}/cancel"))
 
 
 @app.command("retry")
 @connected
 def retry_job(session: Session, identifier: IdArgument) -> None:
-    """Try what failed of a job again."""
+    """Try the failed parts of a job again."""
     _show(session, session.client.post(f"/v1/jobs/{identifier}/retry"))
 
 
 @app.command("watch")
 @connected
 def watch_job(session: Session, identifier: IdArgument) -> None:
-    """Watch a job until it ends; exit code 1 if it did not succeed."""
+    """Watch a job until it ends. The exit code is 1 if it did not succeed."""
     job = session.client.get(f"/v1/jobs/{identifier}")
     title = f"{job['kind']} {job['collection'] or ''}".strip()
     job = wait_for_job(session.client, session.output, job, title=title)

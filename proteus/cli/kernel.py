@@ -1,4 +1,4 @@
-"""What the training of a kernel found, as tables."""
+"""The report of a kernel's training, as tables."""
 
 from rich.table import Table
 
@@ -19,19 +19,19 @@ FIGURES = {
 
 
 def show_kernel(output: Output, report: Document) -> None:
-    """Show what the training of a kernel has to say."""
+    """Show the report of a kernel's training."""
     low, high = report["trained_range"]
-    told = {**report, "trained_range": f"{low:.4g} to {high:.4g}"}
-    output.console.print(facts_table({FIGURES[key]: told.get(key) for key in FIGURES}))
+    shown = {**report, "trained_range": f"{low:.4g} to {high:.4g}"}
+    output.console.print(facts_table({FIGURES[key]: shown.get(key) for key in FIGURES}))
     output.console.print(criteria_table(report["criterion"]))
 
 
 def criteria_table(criterion: Document) -> Table:
     """Return the criterion of eq. (7), positives by negatives, of the learned and other kernels."""
     columns = ("classes learned from", "classes held out")
-    title = "what transformations change, by what tells shapes apart"
+    title = "criterion (7): change by transformations / difference between shapes"
     table = make_table("kernel", *columns, title=title, numbers=columns)
     held_out = criterion["held-out"] or {}
-    for key, shown in KERNELS.items():
-        table.add_row(shown, cell(criterion["training"].get(key)), cell(held_out.get(key)))
+    for key, name in KERNELS.items():
+        table.add_row(name, cell(criterion["training"].get(key)), cell(held_out.get(key)))
     return table

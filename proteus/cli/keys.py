@@ -1,4 +1,4 @@
-"""``proteus key``: draw an API key."""
+"""``proteus key``: make an API key."""
 
 from enum import StrEnum
 from typing import Annotated
@@ -21,22 +21,22 @@ class Scope(StrEnum):
 def key(
     output: Output,
     identifier: Annotated[
-        str, typer.Argument(metavar="ID", help="Whose key it is: small letters, digits, -.")
+        str, typer.Argument(metavar="ID", help="Owner of the key: lower-case letters, digits, -.")
     ],
     scope: Annotated[
-        Scope, typer.Option(help="read: look and search; write: upload too; admin: delete too.")
+        Scope, typer.Option(help="read: view and search; write: upload too; admin: delete too.")
     ] = Scope.WRITE,
 ) -> None:
-    """Draw an API key, and the entry that lets the service know it.
+    """Make an API key, and the entry for PROTEUS_API_KEYS that lets the service accept it.
 
-    The service keeps its sha256 alone: the key is shown once. As soon as PROTEUS_API_KEYS has
-    an entry, requests without a key are refused.
+    The service keeps only the key's sha256, so the key is shown once. As soon as PROTEUS_API_KEYS
+    has an entry, requests without a key are refused.
     """
     from service.security import new_key
 
     token, setting = new_key(identifier, [scope.value])
-    told = (
+    text = (
         f"[bold]the key, for the client[/] (PROTEUS_KEY)\n  {token}\n"
         f"[bold]its entry, for the service[/] (PROTEUS_API_KEYS, comma-separated)\n  {setting}"
     )
-    output.show({"key": token, "setting": setting}, told)
+    output.show({"key": token, "setting": setting}, text)

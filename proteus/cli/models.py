@@ -38,7 +38,7 @@ def list_models(session: Session) -> None:
 @app.command("show")
 @connected
 def show_model(session: Session, name: NameArgument) -> None:
-    """Show one model and its channels, and what its training found."""
+    """Show one model, its channels, and the report of its training."""
     found = session.client.get(f"/v1/models/{name}")
     facts = {**found, "views": [_steps(view) for view in found["views"]]}
     hidden = ["channels", "kernels", "training"]
@@ -51,7 +51,7 @@ def show_model(session: Session, name: NameArgument) -> None:
 
 
 def _steps(view: Document) -> str:
-    """Return a view in one line: its steps, and how many eigenpairs are taken of what they make."""
+    """Return a view in one line: its steps and its number of eigenpairs."""
     steps = []
     for step in view["steps"]:
         numbers = ", ".join(f"{name} {value:g}" for name, value in step["parameters"].items())
@@ -72,12 +72,15 @@ def _channels_table(channels: list[Document]) -> Table:
 def activate_model(
     session: Session,
     name: NameArgument,
-    collection: Annotated[str, typer.Option("--collection", "-c")] = "default",
+    collection: Annotated[
+        str, typer.Option("--collection", "-c", help="Which to move.")
+    ] = "default",
     wait: Annotated[bool, typer.Option(help="Wait until the collection has moved.")] = True,
 ) -> None:
-    """Move a collection to a model: shapes are described under it first, then it is searched.
+    """Move a collection to another model.
 
-    Nothing is uploaded or solved again; until the end, searches go on under the old model.
+    Its shapes are described under the new model first. Until then searches use the old one.
+    Nothing is uploaded again.
     """
     path = f"/v1/collections/{collection}/model"
     job: Document = session.client.request("PUT", path, json={"model": name}).json()["job"]

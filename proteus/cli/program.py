@@ -29,18 +29,18 @@ RUN = "Run the service"
 USE = "Use a running service"
 MORE = "More"
 
-HELP = """Search engine for deformable 3D shapes: a mesh goes in, a ranked answer comes out.
+HELP = """Search engine for deformable 3D shapes: a mesh goes in, a ranked list of shapes comes out.
 
-Shapes are found again in another pose, at another scale, noisy, with holes, or coarser.
+A shape is found again in another pose, at another scale, with noise or holes, or coarser.
 
-  [bold]proteus demo[/]                       a first look: starts all, uploads, asks
-  [bold]proteus serve[/]                      broker, database, worker and API in one
-  [bold]proteus upload poses/ -c animals[/]   all meshes below, labelled by folder
-  [bold]proteus query cat.ply -c animals[/]   what is most like it
-  [bold]proteus evaluate animals -m heat[/]   how often it is right
+  [bold]proteus demo[/]                       a first look: start, upload, search
+  [bold]proteus serve[/]                      start the whole service
+  [bold]proteus upload poses/ -c animals[/]   upload all meshes of a folder
+  [bold]proteus query cat.ply -c animals[/]   find the shapes most like a mesh
+  [bold]proteus evaluate animals -m heat[/]   measure how often the search is right
 
-Exit codes: 0 done, 1 failed, 2 wrong usage, 3 no service answers.
-With [bold]--json[/] a command writes one JSON document to stdout, nothing else there.
+Exit codes: 0 success, 1 failure, 2 wrong usage, 3 no service answers.
+With [bold]--json[/], a command writes one JSON document to stdout and nothing else.
 """
 
 app = typer.Typer(

@@ -1,4 +1,4 @@
-"""``proteus query``: which stored shapes are most like a mesh, or like a stored shape."""
+"""``proteus query``: the stored shapes most like a mesh, or most like a stored shape."""
 
 import json
 import re
@@ -34,22 +34,32 @@ def query(
         Path | None,
         typer.Argument(exists=True, dir_okay=False, metavar="[MESH]", help="A mesh file."),
     ] = None,
-    shape: Annotated[str, typer.Option("--shape", help="Instead: id of a stored shape.")] = "",
-    collection: Annotated[str, typer.Option("--collection", "-c")] = "default",
-    limit: Annotated[int, typer.Option("--limit", "-n", min=1, max=1000)] = 10,
-    model: Annotated[str, typer.Option(help="Compare under another model.")] = "",
-    dissimilarity: Annotated[str, typer.Option(help="Compare by another dissimilarity.")] = "",
+    shape: Annotated[
+        str, typer.Option("--shape", help="Id of a stored shape, instead of a mesh.")
+    ] = "",
+    collection: Annotated[
+        str, typer.Option("--collection", "-c", help="Where to search.")
+    ] = "default",
+    limit: Annotated[
+        int, typer.Option("--limit", "-n", min=1, max=1000, help="Number of shapes.")
+    ] = 10,
+    model: Annotated[str, typer.Option(help="Another model than the collection's.")] = "",
+    dissimilarity: Annotated[
+        str, typer.Option(help="Another dissimilarity than the model's.")
+    ] = "",
     filters: Annotated[
         list[str] | None,
         typer.Option(
             "--filter",
             "-f",
-            help="label=cat, label=cat,dog, label!=cat, metadata.age>=3; again for more.",
+            help="label=cat, label=cat,dog, label!=cat, metadata.age>=3. Repeatable.",
         ),
     ] = None,
-    include_self: Annotated[bool, typer.Option(help="Let a stored shape find itself.")] = False,
+    include_self: Annotated[
+        bool, typer.Option(help="Allow a stored shape to find itself.")
+    ] = False,
 ) -> None:
-    """Ask which shapes of a collection are most like a mesh."""
+    """Find the shapes of a collection that are most like a mesh."""
     if (mesh is None) == (not shape):
         raise typer.BadParameter("give either a mesh file or --shape ID")
     options: Document = {"limit": limit}

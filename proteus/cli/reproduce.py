@@ -1,4 +1,4 @@
-"""``proteus reproduce``: the paper's figures and Table 1 again, with a report."""
+"""``proteus reproduce``: the paper's figures and Table 1, with a report."""
 
 from enum import StrEnum
 from pathlib import Path
@@ -39,16 +39,16 @@ def reproduce(
     nulls: NullsOption = None,
     poses: PosesOption = None,
     distractors: DistractorsOption = None,
-    seed: Annotated[int, typer.Option(min=0, help="Of all that is random.")] = 0,
+    seed: Annotated[int, typer.Option(min=0, help="Seed of all that is random.")] = 0,
     data_dir: DataOption = None,
     processes: ProcessesOption = None,
     key: KeyOption = "",
 ) -> None:
-    """Make the paper's Figs. 1 to 5 and Table 1 again, and a report of one HTML file.
+    """Reproduce the paper's Figs. 1 to 5 and Table 1, with a report of one HTML file.
 
-    Without --nulls the shapes are procedural creatures, of other species than those that the
-    kernels are learned from. Uses the service that runs on the data directory (default: one of
-    its own in the folder), or starts one for this. Interrupted, the same command goes on.
+    Without --nulls the shapes are procedural creatures. Kernels are learned from other species.
+    Uses the service that runs on the data directory, or starts one in the folder. After an
+    interruption the same command continues.
     """
     from proteus.reproduction.plan import SIZES, Plan
 

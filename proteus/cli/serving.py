@@ -30,7 +30,7 @@ DataOption = Annotated[
         "--data-dir",
         "-d",
         file_okay=False,
-        help="Where everything is kept (PROTEUS_DATA_DIR; default ./proteus-data).",
+        help="Data directory (PROTEUS_DATA_DIR; default ./proteus-data).",
     ),
 ]
 WorkersOption = Annotated[
@@ -39,7 +39,7 @@ WorkersOption = Annotated[
         "--workers",
         "-w",
         min=1,
-        help="Processes that compute (PROTEUS_WORKER_PROCESSES; default: one a processor).",
+        help="Worker processes (PROTEUS_WORKER_PROCESSES; default: one per processor).",
     ),
 ]
 
@@ -52,11 +52,11 @@ def serve_command(
     data_dir: DataOption = None,
     workers: WorkersOption = None,
 ) -> None:
-    """Serve: broker, database, worker and API as one program, until Ctrl-C.
+    """Run the whole service as one program: broker, database, worker and API.
 
-    Needs no server of any kind: a bundled Valkey on a private socket, SQLite, and files in the
-    data directory. Other places are set by PROTEUS_BROKER_URL, PROTEUS_DATABASE_URL and
-    PROTEUS_BLOB_URL. A process that dies is started again; a second Ctrl-C stops at once.
+    Needs no other server: it has a bundled Valkey on a private socket, SQLite, and files in the
+    data directory. PROTEUS_BROKER_URL, PROTEUS_DATABASE_URL and PROTEUS_BLOB_URL name others. A
+    process that dies is started again. Ctrl-C stops the service, a second Ctrl-C at once.
     """
     settings = load_settings(
         host=host, port=port, data_dir=data_dir, worker_processes=workers
@@ -117,14 +117,14 @@ def _logs(settings: Settings) -> str:
 def worker(
     output: Output,
     queues: Annotated[
-        str, typer.Option(help="Kinds of work it takes, comma-separated.")
+        str, typer.Option(help="Queues to take work from, comma-separated.")
     ] = ",".join(QUEUES),
     name: Annotated[
-        str, typer.Option(help="Node name; two workers of one host need two.")
+        str, typer.Option(help="Node name; unlike that of any other worker on the host.")
     ] = "proteus@%h",
     workers: WorkersOption = None,
 ) -> None:
-    """Run one worker alone, as a container does; `serve` has one of its own."""
+    """Run one worker alone, for containers. `proteus serve` has a worker of its own."""
     chosen = [queue.strip() for queue in queues.split(",") if queue.strip()]
     unknown = sorted(set(chosen) - set(QUEUES))
     if unknown or not chosen:
@@ -138,7 +138,7 @@ def worker(
 
 @local
 def api(output: Output, host: HostOption = None, port: PortOption = None) -> None:
-    """Run the API alone, as a container does; the database has to be migrated before."""
+    """Run the API alone, for containers. Run `proteus migrate` first."""
     settings = load_settings(host=host, port=port)
     commands.replace_process(
         commands.api_command(), commands.child_environment(settings, os.environ)
@@ -147,7 +147,7 @@ def api(output: Output, host: HostOption = None, port: PortOption = None) -> Non
 
 @local
 def migrate(output: Output) -> None:
-    """Bring the database to the present schema, and end; doing it twice does no harm."""
+    """Bring the database to the current schema. Running it twice does no harm."""
     settings = load_settings()
     settings.data_path.mkdir(parents=True, exist_ok=True)
     commands.replace_process(

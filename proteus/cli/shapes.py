@@ -13,12 +13,13 @@ from proteus.client import Document
 from proteus.terminal.tables import cell, facts_table, make_table, state_cell
 
 app = typer.Typer(
-    help="Shapes: list, show, delete, fetch their meshes and pictures.", no_args_is_help=True
+    help="Shapes: list, show, delete, save their meshes and pictures.", no_args_is_help=True
 )
 
 IdArgument = Annotated[str, typer.Argument(metavar="ID", help="The shape's id.")]
 OutOption = Annotated[
-    Path | None, typer.Option("--out", "-o", dir_okay=False, help="Where to write it.")
+    Path | None,
+    typer.Option("--out", "-o", dir_okay=False, help="File to write. Default: the shape's name."),
 ]
 COUNTS = ("vertices", "faces")
 
@@ -47,12 +48,14 @@ class ShapeState(StrEnum):
 @connected
 def list_shapes(
     session: Session,
-    collection: Annotated[str, typer.Option("--collection", "-c")] = "default",
-    label: Annotated[str, typer.Option(help="Only of this label.")] = "",
-    transformation: Annotated[str, typer.Option(help="Only deformed in this way.")] = "",
-    name: Annotated[str, typer.Option(help="Only of this name.")] = "",
+    collection: Annotated[
+        str, typer.Option("--collection", "-c", help="Where to look.")
+    ] = "default",
+    label: Annotated[str, typer.Option(help="Only with this label.")] = "",
+    transformation: Annotated[str, typer.Option(help="Only with this transformation.")] = "",
+    name: Annotated[str, typer.Option(help="Only with this name.")] = "",
     state: Annotated[ShapeState | None, typer.Option(help="Only in this state.")] = None,
-    limit: Annotated[int, typer.Option("--limit", "-n", min=1, help="At most so many.")] = 100,
+    limit: Annotated[int, typer.Option("--limit", "-n", min=1, help="Most shapes to list.")] = 100,
 ) -> None:
     """List the shapes of a collection."""
     chosen = {"label": label, "transformation": transformation, "name": name}
@@ -84,7 +87,7 @@ def _table(found: list[Document]) -> Table | str:
 @app.command("show")
 @connected
 def show_shape(session: Session, identifier: IdArgument) -> None:
-    """Show all that is known of one shape."""
+    """Show one shape in full."""
     found = session.client.get(f"/v1/shapes/{identifier}")
     session.output.show(found, facts_table(found))
 
@@ -107,10 +110,10 @@ def fetch_mesh(
     identifier: IdArgument,
     out: OutOption = None,
     form: Annotated[
-        MeshFormat, typer.Option("--format", "-f", help="As which format.")
+        MeshFormat, typer.Option("--format", "-f", help="Format to convert it to.")
     ] = MeshFormat.ORIGINAL,
 ) -> None:
-    """Fetch a shape's mesh into a file."""
+    """Save a shape's mesh to a file."""
     path = f"/v1/shapes/{identifier}/mesh"
     answer = session.client.request("GET", path, params={"format": form.value})
     if out is None:
@@ -123,12 +126,12 @@ def fetch_mesh(
 @app.command("thumbnail")
 @connected
 def fetch_thumbnail(session: Session, identifier: IdArgument, out: OutOption = None) -> None:
-    """Fetch a shape's picture (PNG, 256 by 256)."""
+    """Save a shape's picture (PNG, 256 by 256)."""
     answer = session.client.request("GET", f"/v1/shapes/{identifier}/thumbnail.png")
     _write(session, out or Path(f"{identifier}.png"), answer.content)
 
 
 def _write(session: Session, path: Path, content: bytes) -> None:
     path.write_bytes(content)
-    told = {"path": str(path), "bytes": len(content)}
-    session.output.show(told, f"wrote {escape(str(path))} ({len(content):,} bytes)")
+    document = {"path": str(path), "bytes": len(content)}
+    session.output.show(document, f"wrote {escape(str(path))} ({len(content):,} bytes)")

@@ -1,4 +1,4 @@
-"""``proteus models train``: a model that is made, or learned."""
+"""``proteus models train``: make a model, or learn one."""
 
 from collections.abc import Iterable
 from enum import StrEnum
@@ -18,7 +18,7 @@ PAPER = "paper"
 
 
 class Method(StrEnum):
-    """What can be made."""
+    """How a model is made."""
 
     SPLINE = "spline"
     GRID = "grid"
@@ -36,53 +36,66 @@ LEARNED = (Method.SPLINE, Method.GRID, Method.HEAT_TIME, Method.BANK)
 @connected
 def train(
     session: Session,
-    name: Annotated[str, typer.Argument(metavar="NAME", show_default=False)],
+    name: Annotated[
+        str, typer.Argument(metavar="NAME", help="Name of the model.", show_default=False)
+    ],
     method: Annotated[
-        Method, typer.Option(help="How K² is written, or bank: several channels.")
+        Method, typer.Option(help="spline, grid, heat-time and bank are learned.")
     ] = Method.SPLINE,
     collection: Annotated[
-        str, typer.Option("--collection", "-c", help="Learn from it. Default: creatures.")
+        str, typer.Option("--collection", "-c", help="Shapes to learn from. Default: creatures.")
     ] = "",
     transformations: Annotated[
         list[str] | None,
         typer.Option(
             "--transformation",
             "-t",
-            help="To be invariant to; again for more. Default: paper, the paper's eleven.",
+            help="Transformation to learn. Repeatable. Default: paper, the paper's eleven.",
         ),
     ] = None,
     strengths: Annotated[
-        list[int] | None, typer.Option("--strength", help="1 to 5; again for more. Default: all.")
+        list[int] | None,
+        typer.Option("--strength", help="Strength, 1 to 5. Repeatable. Default: all."),
     ] = None,
     correspondence: Annotated[
-        str, typer.Option(help="simulated, or vertex-order: files of a label share it.")
+        str,
+        typer.Option(
+            help="simulated (by transformations), or vertex-order (same in all files of a label)."
+        ),
     ] = "",
-    shapes: Annotated[int | None, typer.Option(help="At most so many.")] = None,
+    shapes: Annotated[int | None, typer.Option(help="Most shapes to learn from.")] = None,
     creatures: Annotated[
-        int | None, typer.Option(help="For a bank: so many, with a collection or alone.")
+        int | None,
+        typer.Option(help="Creatures that a bank learns from, with a collection or alone."),
     ] = None,
-    seed: Annotated[int | None, typer.Option(help="Of all that is simulated.")] = None,
-    criterion: Annotated[str, typer.Option(help="distance or kernel.")] = "",
-    unit: Annotated[str, typer.Option(help="none, area or first-eigenvalue.")] = "",
+    seed: Annotated[int | None, typer.Option(help="Seed of all that is random.")] = None,
+    criterion: Annotated[
+        str, typer.Option(help="What should change least: distance or kernel.")
+    ] = "",
+    unit: Annotated[
+        str, typer.Option(help="Unit of eigenvalues: none, area or first-eigenvalue.")
+    ] = "",
     views: Annotated[
         list[str] | None,
         typer.Option(
             "--view",
-            help="closed, open; for a bank smooth, smooth-open, detailed too. Again for more.",
+            help="closed or open; for a bank also smooth, smooth-open, detailed. Repeatable.",
         ),
     ] = None,
-    splines: Annotated[int | None, typer.Option(help="How many.")] = None,
-    smoothness: Annotated[float | None, typer.Option(help="η, relative.")] = None,
-    points: Annotated[int | None, typer.Option(help="Of the grid.")] = None,
-    interpolation: Annotated[str, typer.Option(help="nearest or linear.")] = "",
-    time: Annotated[float | None, typer.Option(help="Of the heat kernel.")] = None,
-    channels: Annotated[int | None, typer.Option(help="At most so many in a bank.")] = None,
+    splines: Annotated[int | None, typer.Option(help="Number of splines.")] = None,
+    smoothness: Annotated[float | None, typer.Option(help="η of the splines, relative.")] = None,
+    points: Annotated[int | None, typer.Option(help="Points of the grid.")] = None,
+    interpolation: Annotated[
+        str, typer.Option(help="Between points of the grid: nearest or linear.")
+    ] = "",
+    time: Annotated[float | None, typer.Option(help="Time of the heat kernel.")] = None,
+    channels: Annotated[int | None, typer.Option(help="Most channels of a bank.")] = None,
     power: Annotated[float | None, typer.Option(help="p of a bank's Σ w (D/s)^p.")] = None,
     wait: Annotated[bool, typer.Option(help="Wait until the model is ready.")] = True,
 ) -> None:
-    """Make a model; spline, grid, heat-time, bank are learned from shapes and transformations.
+    """Make a model. The methods spline, grid, heat-time and bank learn from transformed shapes.
 
-    What was computed for one training is not computed again for the next.
+    Spectra that one training has computed are reused by the next.
     """
     parameters = _given(
         criterion=criterion, unit=unit, splines=splines, smoothness=smoothness,
@@ -107,7 +120,7 @@ def train(
 
 
 def _views(method: Method, views: list[str]) -> dict[str, Any]:
-    """Views as the method takes them: a bank several, everything else one."""
+    """Return the views as parameters: a bank has several, any other method one."""
     if method is Method.BANK:
         return {"views": views}
     if len(views) > 1:
@@ -116,12 +129,12 @@ def _views(method: Method, views: list[str]) -> dict[str, Any]:
 
 
 def _given(**options: Any) -> dict[str, Any]:
-    """Options that were given; the service knows the defaults of the others."""
+    """Return the options that were given; the service has the defaults of the others."""
     return {key: value for key, value in options.items() if value not in (None, "", [])}
 
 
 def _named(transformations: Iterable[str]) -> Iterable[str]:
-    """Names of transformations, with the paper's eleven for ``paper``."""
+    """Iterate over names of transformations, with the paper's eleven for ``paper``."""
     for transformation in transformations:
         if transformation == PAPER:
             from workers.transformations import PAPER_TRANSFORMATIONS
@@ -132,7 +145,7 @@ def _named(transformations: Iterable[str]) -> Iterable[str]:
 
 
 def _show(session: Session, name: str, job: Document) -> None:
-    """Show the model, and what its training has to say."""
+    """Show the model and the report of its training."""
     output = session.output
     found = session.client.get(f"/v1/models/{name}")
     if output.as_json:
@@ -149,7 +162,7 @@ def _show(session: Session, name: str, job: Document) -> None:
 
 
 def show_training(output: Output, model: Document) -> None:
-    """Show what a model's training found; nothing of one that was made and not trained."""
+    """Show the report of a model's training, if it was trained."""
     if not model["training"]:
         return
     if model["method"] == Method.BANK:

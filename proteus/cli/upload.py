@@ -22,18 +22,18 @@ def upload(
         typer.Argument(exists=True, metavar="PATHS...", help="Meshes, zip archives and folders."),
     ],
     collection: Annotated[
-        str, typer.Option("--collection", "-c", help="Is made if it is missing.")
+        str, typer.Option("--collection", "-c", help="Made if it is missing.")
     ] = "default",
-    label: Annotated[str, typer.Option(help="The label of all shapes.")] = "",
+    label: Annotated[str, typer.Option(help="Label of all shapes.")] = "",
     labels_from_folders: Annotated[
-        bool, typer.Option(help="Take the folder's name as label: poses/cat/3.ply is a cat.")
+        bool, typer.Option(help="Use the folder as label: poses/cat/3.ply is a cat.")
     ] = True,
     wait: Annotated[bool, typer.Option(help="Wait until every shape is computed.")] = True,
 ) -> None:
     """Upload meshes, and wait until they can be found.
 
-    Formats: OFF, OBJ, PLY, STL, GLB, glTF, 3MF, and zip archives of them. What the collection
-    has already is not computed again. Exit code 1 if any shape failed.
+    Formats: OFF, OBJ, PLY, STL, GLB, glTF, 3MF, and zip archives of them. A file that the
+    collection has already is not computed again. The exit code is 1 if any shape failed.
     """
     files = find_files(paths, label=label, labels_from_folders=labels_from_folders)
     if not files:

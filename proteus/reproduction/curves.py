@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 LOWEST = 1e-7
-"""Of the largest K² in a figure: what is less is as good as nothing, and is not drawn."""
+"""Smaller shares of the largest K² in a figure are not drawn."""
 LAMBDA = "eigenvalue λ"
 LAMBDA_RATIO = "eigenvalue ratio λ/λ₁"
 SQUARED = "K²(λ)"
@@ -47,13 +47,13 @@ class Curve:
 
 
 def commute_time_like(curve: Curve, *, name: str = "commute time, K² = 1/λ") -> Curve:
-    """Return 1/λ, scaled so that it is as large as the curve in the middle: K² has no unit.
+    """Return 1/λ, scaled to the curve, since K² has no unit.
 
-    The factor is the median of λ K² where K² is not as good as 0.
+    The factor is the median of λ K² where that is above a thousandth of its maximum.
     """
     products = curve.squared * curve.eigenvalues
-    weighty = products[products > 1e-3 * products.max(initial=0.0)]
-    factor = float(np.median(weighty)) if len(weighty) else 1.0
+    large = products[products > 1e-3 * products.max(initial=0.0)]
+    factor = float(np.median(large)) if len(large) else 1.0
     return Curve(name, curve.eigenvalues, factor / curve.eigenvalues)
 
 
@@ -96,13 +96,13 @@ def draw_scale_only(learned: Curve, *, slope: float) -> "Figure":
     return figure
 
 
-def draw_learned(learned: Curve, past: Curve) -> "Figure":
+def draw_learned(learned: Curve, distance: Curve) -> "Figure":
     """Fig. 4: learned from all transformations; beside it on distances, in λ/λ₁."""
     figure = style.new_figure(width=2 * style.WIDTH - 2.4)
     left, right = figure.subplots(1, 2)
     for axes, curve, label, title in (
         (left, learned, LAMBDA, "As in the paper: on k(x, x′), in λ"),
-        (right, past, LAMBDA_RATIO, "Past the paper: on distances, in λ/λ₁"),
+        (right, distance, LAMBDA_RATIO, "Beyond the paper: on distances, in λ/λ₁"),
     ):
         theory = commute_time_like(curve)
         _draw(axes, theory, style.BLUE, "--")
@@ -112,7 +112,7 @@ def draw_learned(learned: Curve, past: Curve) -> "Figure":
 
 
 def _draw(axes: "Axes", curve: Curve, colour: str, line: str, *, below: bool = False) -> None:
-    """Draw a curve where it is above 0; broad and pale if another may lie on it."""
+    """Draw a curve where it is above 0; broad and pale if another is drawn on it."""
     width, alpha = (6.0, 0.4) if below else (2.0, 1.0)
     shown = np.where(curve.squared > 0, curve.squared, np.nan)
     axes.plot(

@@ -1,4 +1,4 @@
-"""Drawing all figures and writing tables and report, from what was measured."""
+"""Figures and tables of a reproduction, from its results."""
 
 import json
 from collections.abc import Mapping, Sequence
@@ -11,7 +11,7 @@ import numpy as np
 from proteus.benchmark.build import Built
 from proteus.client import Document
 from proteus.reproduction import curves, pictures, style
-from proteus.reproduction.asking import kernel_of, trained_range
+from proteus.reproduction.models import kernel_of, trained_range
 from proteus.reproduction.results import Results, model_names
 from proteus.reproduction.tables import (
     COLUMNS,
@@ -38,7 +38,7 @@ CURVE_NAMES: Mapping[str, str] = {
 
 @dataclass(frozen=True)
 class Tables:
-    """Table 1, the paper's, and the one of shapes whose holes were closed."""
+    """Table 1 as measured, the paper's, and the table of closed shapes."""
 
     measured: Table
     paper: Table
@@ -46,7 +46,7 @@ class Tables:
 
 
 def make_tables(results: Results) -> Tables:
-    """Return all tables of what was measured."""
+    """Return all tables of the results."""
     names = model_names(results.models, COLUMNS)
     measured = measured_table(results.open_evaluation, names)
     closed_names = model_names(results.closed, COLUMNS)
@@ -55,7 +55,7 @@ def make_tables(results: Results) -> Tables:
 
 
 def save_tables(tables: Tables, folder: Path) -> None:
-    """Write table1.csv and table1.json, and the table of closed holes in the same way."""
+    """Write all tables as CSV, and table1.json with all of them."""
     named = (("table1", tables.measured), ("table1-closed", tables.closed))
     for name, found in named:
         (folder / f"{name}.csv").write_text(found.to_csv(HEADINGS))
@@ -95,15 +95,15 @@ def draw_figures(
 
 
 def trained_curve(model: Document, name: str) -> curves.Curve:
-    """Return K² of a model where it has learned from something."""
+    """Return K² of a model over the eigenvalues that it was learned from."""
     eigenvalues = np.geomspace(*trained_range(model), CURVE_POINTS)
     return curves.Curve(name, eigenvalues, evaluate(kernel_of(model), eigenvalues))
 
 
 def slope(model: Document) -> float:
-    """Slope of ln K² against ln λ over the eigenvalues that were learned from."""
-    told = (model.get("training") or {}).get("slope")
-    return float(told) if told is not None else curves.loglog_slope(trained_curve(model, ""))
+    """Return the slope of ln K² against ln λ over the eigenvalues learned from."""
+    known = (model.get("training") or {}).get("slope")
+    return float(known) if known is not None else curves.loglog_slope(trained_curve(model, ""))
 
 
 def _strongest(built: Built) -> list[tuple[str, TriangleMesh]]:

@@ -1,4 +1,4 @@
-"""What the paper reports, to stand beside what was measured."""
+"""The figures that the paper reports."""
 
 from collections.abc import Mapping
 from types import MappingProxyType
@@ -47,4 +47,4 @@ SLIPS = (
     "All zero eigenpairs are dropped, one a component, not the first alone.",
     "The splines are taken in ln λ, in which eigenvalues spread evenly enough.",
 )
-"""Slips of the paper and choices it leaves open, as they were settled."""
+"""Slips of the paper and choices that it leaves open, with what Proteus does."""

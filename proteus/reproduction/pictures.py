@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-SHEET_PIXELS, SIGNATURE_PIXELS = 280, 460  # what is seen at the resolution of the files
+SHEET_PIXELS, SIGNATURE_PIXELS = 280, 460  # enough for the resolution of the files
 WHITE = (255, 255, 255)
 BINS = 60
 TAILS = (0.005, 0.995)
@@ -30,7 +30,7 @@ class Signature:
     Attributes
     ----------
     name : str
-        Which transformation it is.
+        Of the transformation.
     mesh : TriangleMesh
         n vertices.
     values : (n,) float64
@@ -84,7 +84,7 @@ def draw_signatures(signatures: Sequence[Signature]) -> "Figure":
 
 
 def common_range(signatures: Sequence[Signature]) -> tuple[float, float]:
-    """Range of the values of all shapes but for their tails."""
+    """Return the range of the values of all shapes, without their tails."""
     values = np.concatenate([one.values for one in signatures])
     areas = np.concatenate([one.areas / one.areas.sum() for one in signatures])
     order = np.argsort(values, kind="stable")

@@ -1,4 +1,4 @@
-"""What is made, trained and measured: fixed before anything is done."""
+"""The plan of a reproduction: what is made, trained and measured."""
 
 import hashlib
 import json
@@ -14,7 +14,7 @@ from workers.transformations import PAPER_TRANSFORMATIONS, TRANSFORMATION_VERSIO
 SHORT, LONG = 0.7, 1.7
 """The paper's other two times, 700 and 1700, as shares of its best, 1011."""
 FINE = 60
-"""Points and splines of Fig. 1: so many that it shows what smoothness is for."""
+"""Points and splines of Fig. 1: enough to show the effect of smoothness."""
 SMOOTHNESS = 1e-5
 """Of Fig. 1."""
 RANGE = {"margin": 4.0}
@@ -27,19 +27,19 @@ OPEN, CLOSED = "open", "closed"
 
 @dataclass(frozen=True)
 class Size:
-    """How much is made and measured.
+    """The size of a reproduction.
 
     Attributes
     ----------
     creatures, distractors : int
-        Query classes and other targets, where no null shapes are given.
+        Number of query classes and of other targets, where no null shapes are given.
     creature_vertices : int
     working_vertices : int
-        Of a service that is started for this.
+        Of a service that is started for it.
     strengths : tuple of int
         Of the queries.
     training_shapes : int
-        Creatures that are learned from, of other species than those tested with.
+        Number of creatures to learn from, of other species than the queries.
     training_strengths : tuple of int
     transformations : tuple of str
         Of queries and training alike; "scale" is among them.
@@ -63,16 +63,16 @@ SIZES: Mapping[str, Size] = {
 
 @dataclass(frozen=True)
 class ModelSpec:
-    """A model that is asked of the service.
+    """A model of a reproduction.
 
     Attributes
     ----------
     key : str
-        What it is called here.
+        Its name in the plan.
     method : str
     parameters : dict
     transformations : tuple of str
-        To train with; empty if there is nothing to train.
+        To train with; empty for a model without training.
     """
 
     key: str
@@ -88,13 +88,13 @@ class Plan:
     Attributes
     ----------
     out : Path
-        The folder that everything is written to.
+        Folder for everything that is written.
     size : Size
     nulls, poses, distractors : Path, optional
-        A person's own shapes; creatures without them.
+        Folders of the user's own shapes; without them, creatures.
     seed : int
     name : str
-        Begins the names of collections and models.
+        Prefix of the names of collections and models.
     """
 
     out: Path
@@ -106,13 +106,13 @@ class Plan:
     name: str = "reproduction"
 
     def __post_init__(self) -> None:
-        """Check what the figures need."""
+        """Check that the figures can be made."""
         if "scale" not in self.size.transformations:
             raise InvalidRequestError("a reproduction needs the transformation scale, for Fig. 3")
 
     @property
     def benchmark(self) -> BenchmarkOptions:
-        """The files to make: all shapes of one size, as the paper's are of one unit."""
+        """Options of the benchmark; all shapes have one area, as the paper's have one unit."""
         own = self.nulls is not None
         return BenchmarkOptions(
             nulls=self.nulls,
@@ -129,7 +129,7 @@ class Plan:
 
     @property
     def training(self) -> dict[str, Any]:
-        """The body's ``training`` but for the transformations."""
+        """``training`` of a request's body, without the transformations."""
         return {
             "collection": None,
             "strengths": list(self.size.training_strengths),
@@ -140,23 +140,23 @@ class Plan:
 
     @property
     def digest(self) -> str:
-        """Short name of everything that decides on what is measured, but for the sources."""
-        told = {
+        """A short digest of everything that decides on the models."""
+        decisive = {
             "size": asdict(self.size),
             "seed": self.seed,
             "transformations": TRANSFORMATION_VERSION,
             "models": [asdict(spec) for spec in first_models(self)],
         }
-        text = json.dumps(told, sort_keys=True)
+        text = json.dumps(decisive, sort_keys=True)
         return hashlib.sha256(text.encode()).hexdigest()[:8]
 
     def model_name(self, key: str) -> str:
-        """Name of one of its models in the service, unlike that of another plan."""
+        """Return the name of one of its models, unlike any name of another plan."""
         return f"{self.name}-{self.digest}-{key}"
 
 
 def first_models(plan: Plan) -> tuple[ModelSpec, ...]:
-    """Return what needs nothing learned before: Figs. 1, 3 and 4, t*, and commute time."""
+    """Return the models that need no other model: of Figs. 1, 3 and 4, t*, and commute time."""
     every = plan.size.transformations
     paper = paper_parameters(OPEN)
     splines = {**paper, **SPLINES}
@@ -175,7 +175,7 @@ def first_models(plan: Plan) -> tuple[ModelSpec, ...]:
 
 
 def heat_models(best: float, view: str) -> tuple[ModelSpec, ...]:
-    """Return the heat kernels at the best time and at the paper's other two, as shares of it."""
+    """Return the heat kernels at the best time, and at the paper's other times as shares of it."""
     return tuple(
         ModelSpec(key, "heat", {"time": share * best, "unit": "none", "view": view})
         for key, share in (("heat-short", SHORT), ("heat-best", 1.0), ("heat-long", LONG))
@@ -183,7 +183,7 @@ def heat_models(best: float, view: str) -> tuple[ModelSpec, ...]:
 
 
 def closed_models(plan: Plan, best: float) -> tuple[ModelSpec, ...]:
-    """Return the six columns for shapes whose holes were closed: the same times, learned anew."""
+    """Return the six columns for closed shapes: the same heat times, kernels learned again."""
     every = plan.size.transformations
     splines = {**paper_parameters(CLOSED), **SPLINES}
     return (

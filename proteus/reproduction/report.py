@@ -7,8 +7,8 @@ from typing import Any
 from proteus.benchmark.plan import COMMON_AREA
 from proteus.client import Document
 from proteus.reproduction import page, paper
-from proteus.reproduction.asking import heat_time
 from proteus.reproduction.draw import Tables, slope
+from proteus.reproduction.models import heat_time
 from proteus.reproduction.pictures import Signature, histogram_overlap
 from proteus.reproduction.plan import FINE, SMOOTHNESS
 from proteus.reproduction.results import Results

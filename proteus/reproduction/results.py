@@ -1,4 +1,4 @@
-"""What a reproduction measured: plain JSON, from which figures and report can be drawn again."""
+"""The results of a reproduction, as JSON from which figures and report can be made again."""
 
 import json
 from collections.abc import Mapping
@@ -15,7 +15,7 @@ FILE = "results.json"
 
 @dataclass(frozen=True)
 class Results:
-    """All that was measured.
+    """The results of a reproduction.
 
     Attributes
     ----------
@@ -37,7 +37,7 @@ class Results:
     closed_evaluation: Document
 
     def to_json(self) -> dict[str, Any]:
-        """Return it as ``results.json`` has it."""
+        """Return the contents of ``results.json``."""
         return {
             "facts": self.facts,
             "benchmark": self.manifest,

@@ -1,4 +1,4 @@
-"""The steps of a reproduction, in order; each finds out what is done already."""
+"""The steps of a reproduction, in order. Each skips what is done already."""
 
 from pathlib import Path
 
@@ -10,7 +10,7 @@ from proteus.benchmark.run import upload_benchmark
 from proteus.client import Client, Document
 from proteus.evaluations import evaluate
 from proteus.files import UploadFile
-from proteus.reproduction.asking import ensure_model, heat_time
+from proteus.reproduction.models import ensure_model, heat_time
 from proteus.reproduction.pictures import Signature
 from proteus.reproduction.plan import (
     OPEN,
@@ -29,19 +29,19 @@ from proteus.version import program_version
 from workers.geometry.formats import parse
 
 SIGNED = ("isometry", "micro-holes", "topology", "sampling", "holes")
-"""Transformations for Fig. 5, the first two of them that the kernel can describe."""
+"""Transformations for Fig. 5, which shows the first two that the kernel can describe."""
 STEPS = 7
 
 
 class Reproduction:
-    """One reproduction under way.
+    """A reproduction that is running.
 
     Parameters
     ----------
     client : Client
         Of the service that computes.
     output : Output
-        Where progress is told.
+        Where progress is shown.
     plan : Plan
     processes : int
         For making the benchmark's files.
@@ -56,10 +56,10 @@ class Reproduction:
         self._step = 0
 
     def measure(self, facts: Document) -> tuple[Results, list[Signature], Built]:
-        """Do all that has to be computed; return what Figs. 1 to 5 and the tables are made of."""
+        """Compute everything; return what Figs. 1 to 5 and the tables are made from."""
         built = self._build()
         models = self._learn()
-        self._say("compute the spectra of all shapes")
+        self._begin_step("compute the spectra of all shapes")
         collection = self._upload(built, models)
         found = self._evaluate(collection, models, "holes as they are")
         closed = self._learn_closed(heat_time(models["heat-time"]))
@@ -67,16 +67,16 @@ class Reproduction:
         signatures = self._sign(built, models)
         versions = {"proteus": program_version(), **models["learned"].get("versions", {})}
         versions |= built.manifest["versions"]
-        told = {**facts, "versions": versions, "collection": collection}
-        results = Results(told, built.manifest, models, closed, found, other)
+        described = {**facts, "versions": versions, "collection": collection}
+        results = Results(described, built.manifest, models, closed, found, other)
         return results, signatures, built
 
-    def _say(self, name: str) -> None:
+    def _begin_step(self, name: str) -> None:
         self._step += 1
         self._output.say(f"[bold]{self._step} of {STEPS}[/]  {name}")
 
     def _build(self) -> Built:
-        self._say("make the benchmark's files")
+        self._begin_step("make the benchmark's files")
         with self._output.progress(unit="files") as bar:
             task = bar.add_task("making", total=None)
             return build_benchmark(
@@ -87,14 +87,14 @@ class Reproduction:
             )
 
     def _learn(self) -> dict[str, Document]:
-        """Train all kernels for shapes with their holes as they are, by key."""
-        self._say("learn the kernels")
+        """Return all models of open shapes, trained where needed, by key."""
+        self._begin_step("learn the kernels")
         models = self._ensure(first_models(self._plan), suffix="")
         best = heat_time(models["heat-time"])
         return models | self._ensure(heat_models(best, OPEN), suffix="")
 
     def _learn_closed(self, best: float) -> dict[str, Document]:
-        self._say("learn the kernels again, holes closed")
+        self._begin_step("learn the kernels again, holes closed")
         return self._ensure(closed_models(self._plan, best), suffix="-closed")
 
     def _ensure(self, specs: tuple[ModelSpec, ...], *, suffix: str) -> dict[str, Document]:
@@ -105,7 +105,7 @@ class Reproduction:
         return found
 
     def _upload(self, built: Built, models: dict[str, Document]) -> str:
-        """Bring the files into a collection that is described under the open view at once."""
+        """Upload the files to a collection whose model has the open view."""
         collection = f"{self._plan.name}-{built.digest}"
         first = str(models["commute"]["name"])
         result = upload_benchmark(self._client, self._output, built, collection, model=first)
@@ -114,7 +114,7 @@ class Reproduction:
         return collection
 
     def _evaluate(self, collection: str, models: dict[str, Document], title: str) -> Document:
-        self._say(f"evaluate, {title}")
+        self._begin_step(f"evaluate, {title}")
         names = model_names(models, COLUMNS)
         ordered = sorted(names, key=lambda key: key != "commute")  # the others against it
         chosen = [names[key] for key in ordered]
@@ -124,7 +124,7 @@ class Reproduction:
 
     def _sign(self, built: Built, models: dict[str, Document]) -> list[Signature]:
         """Fetch k(x,x) of the learned kernel on a null shape and two transformations of it."""
-        self._say("fetch k(x, x) of the learned kernel")
+        self._begin_step("fetch k(x, x) of the learned kernel")
         model = str(models["learned"]["name"])
         files = _signed_files(built)
         collection = f"{self._plan.name}-{built.digest}-{self._plan.digest}"

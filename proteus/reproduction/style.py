@@ -1,4 +1,4 @@
-"""How figures look: legible, told apart without colour too, the same bytes each time."""
+"""The style of figures: legible, distinct without colour, the same bytes each time."""
 
 import contextlib
 from collections.abc import Iterator
@@ -52,7 +52,7 @@ _PARAMETERS: Any = {
 
 @contextlib.contextmanager
 def drawing() -> Iterator[None]:
-    """Set the style for as long as figures are made, whatever a person's own settings are."""
+    """Set the style while figures are made, whatever the user's own settings are."""
     import matplotlib
 
     with matplotlib.rc_context():

@@ -81,7 +81,7 @@ def measured_table(evaluation: Document, names: Mapping[str, str]) -> Table:
 
 
 def paper_table(rows: Sequence[str]) -> Table:
-    """Return the rows of the paper's Table 1 that are asked for."""
+    """Return some rows of the paper's Table 1."""
     known: dict[str, list[float | None]] = {
         row: [paper.TABLE[row][key] for key in paper.COLUMNS] for row in rows if row in paper.TABLE
     }
@@ -89,7 +89,7 @@ def paper_table(rows: Sequence[str]) -> Table:
 
 
 def with_mean(rows: dict[str, list[float | None]]) -> dict[str, list[float | None]]:
-    """Return the rows with the mean of each column behind them."""
+    """Return the rows followed by the mean of each column."""
     if not rows:
         return {}
     means: list[float | None] = []
@@ -100,7 +100,7 @@ def with_mean(rows: dict[str, list[float | None]]) -> dict[str, list[float | Non
 
 
 def difference(first: Table, second: Table) -> Table:
-    """Return how far the second is above the first, in points."""
+    """Return the second table minus the first, in points."""
     rows = {
         name: [
             None if a is None or b is None else b - a

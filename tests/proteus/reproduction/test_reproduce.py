@@ -12,7 +12,7 @@ import pytest
 from proteus.cli.embedded import service_for
 from proteus.cli.reproduce import run_plan
 from proteus.client import Client, Document
-from proteus.reproduction.asking import ensure_model
+from proteus.reproduction.models import ensure_model
 from proteus.reproduction.plan import (
     CLOSED,
     OPEN,

@@ -92,8 +92,8 @@ export async function send(path: string, options: Options = {}): Promise<Respons
 
 async function problemOf(response: Response): Promise<Problem> {
   try {
-    const told = await response.json();
-    return new Problem(response.status, told.title ?? "", told.detail ?? "", told.type ?? "");
+    const problem = await response.json();
+    return new Problem(response.status, problem.title ?? "", problem.detail ?? "", problem.type ?? "");
   } catch {
     return new Problem(response.status, `The service answered ${response.status}`, response.statusText);
   }
@@ -117,7 +117,7 @@ export function queryText(parameters: Record<string, string | number | null | un
   return given.length ? `?${new URLSearchParams(given.map(([name, value]) => [name, String(value)]))}` : "";
 }
 
-/** A form sent with progress, which `fetch` cannot tell. */
+/** A form sent with progress, which `fetch` does not report. */
 export function upload<Answer>(
   path: string,
   form: FormData,

@@ -10,11 +10,11 @@ export function hasEnded(job: { state: State }): boolean {
   return ENDED.has(job.state);
 }
 
-/** Tell of a job now and at each change, until it has ended; goes on when the service was away. */
-export async function watchJob(id: string, tell: (job: Job) => void, signal: AbortSignal): Promise<Job> {
+/** Report a job now and at each change, until it has ended; continues after an outage. */
+export async function watchJob(id: string, report: (job: Job) => void, signal: AbortSignal): Promise<Job> {
   for (;;) {
     try {
-      const last = await follow(id, tell, signal);
+      const last = await follow(id, report, signal);
       if (last !== null && hasEnded(last)) return last;
     } catch (error) {
       if (signal.aborted || !(error instanceof Problem) || !error.isAway) throw error;
@@ -25,13 +25,13 @@ export async function watchJob(id: string, tell: (job: Job) => void, signal: Abo
       throw error;
     });
     if (job !== null) {
-      tell(job);
+      report(job);
       if (hasEnded(job)) return job;
     }
   }
 }
 
-async function follow(id: string, tell: (job: Job) => void, signal: AbortSignal): Promise<Job | null> {
+async function follow(id: string, report: (job: Job) => void, signal: AbortSignal): Promise<Job | null> {
   const response = await send(`v1/jobs/${id}/events`, { signal });
   const reader = response.body?.pipeThrough(new TextDecoderStream()).getReader();
   if (!reader) return null;
@@ -47,7 +47,7 @@ async function follow(id: string, tell: (job: Job) => void, signal: AbortSignal)
       const data = event.split("\n").filter((line) => line.startsWith("data:"));
       if (!data.length) continue;
       last = JSON.parse(data.map((line) => line.slice(5).trimStart()).join("\n")) as Job;
-      tell(last);
+      report(last);
     }
   }
 }

@@ -6,12 +6,12 @@ import { asProblem } from "./loading";
 interface Toast {
   id: number;
   text: string;
-  kind: "told" | "failed";
+  kind: "note" | "failed";
   action: { name: string; act: () => void } | null;
 }
 
 const UNDO_MILLISECONDS = 7000;
-const TOLD_MILLISECONDS = 5000;
+const NOTE_MILLISECONDS = 5000;
 const BACK_MILLISECONDS = 15_000;
 const toasts = signal<Toast[]>([]);
 let last = 0;
@@ -28,21 +28,21 @@ function dismiss(id: number): void {
 }
 
 /** Say what was done; where it can be gone back on, for longer and with a button for it. */
-export function tell(text: string, back: Toast["action"] = null): void {
+export function notify(text: string, back: Toast["action"] = null): void {
   if (back === null) {
-    show(text, "told", null, TOLD_MILLISECONDS);
+    show(text, "note", null, NOTE_MILLISECONDS);
     return;
   }
   const act = () => {
     dismiss(id);
     back.act();
   };
-  const id = show(text, "told", { name: back.name, act }, BACK_MILLISECONDS);
+  const id = show(text, "note", { name: back.name, act }, BACK_MILLISECONDS);
 }
 
-export function tellProblem(error: unknown): void {
+export function notifyProblem(error: unknown): void {
   const problem = asProblem(error);
-  show(problem.detail || problem.title, "failed", null, 2 * TOLD_MILLISECONDS);
+  show(problem.detail || problem.title, "failed", null, 2 * NOTE_MILLISECONDS);
 }
 
 const pending = new Map<number, () => void>();
@@ -67,7 +67,7 @@ export function doLater(text: string, act: () => void, undone: () => void): void
     dismiss(id);
     undone();
   };
-  id = show(text, "told", { name: "Undo", act: undo }, UNDO_MILLISECONDS);
+  id = show(text, "note", { name: "Undo", act: undo }, UNDO_MILLISECONDS);
   pending.set(id, act);
 }
 

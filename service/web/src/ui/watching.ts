@@ -6,7 +6,7 @@ import { watchJob } from "../api/jobs";
 import type { Job } from "../api/types";
 import { asProblem } from "./loading";
 
-/** The newest state of a job; `null` as id watches nothing. `ended` is told of its last state. */
+/** The newest state of a job; `null` as id watches nothing. `ended` gets its last state. */
 export function useJob(
   id: string | null,
   ended?: (job: Job) => void,

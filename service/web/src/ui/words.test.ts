@@ -29,7 +29,7 @@ describe("numbers in words", () => {
 
 describe("times", () => {
   const now = Date.parse("2026-01-01T12:00:00Z");
-  it("are told from now", () => {
+  it("are counted from now", () => {
     expect(ago("2026-01-01T11:59:50Z", now)).toBe("just now");
     expect(ago("2026-01-01T11:57:00Z", now)).toBe("3 minutes ago");
     expect(ago("2025-12-30T12:00:00Z", now)).toBe("2 days ago");

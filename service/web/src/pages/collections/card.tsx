@@ -4,7 +4,7 @@ import { useState } from "preact/hooks";
 import type { Shape } from "../../api/types";
 import { linkTo } from "../../router";
 import { Badge, sentence, Thumbnail } from "../../ui/basics";
-import { tell, tellProblem } from "../../ui/toasts";
+import { notify, notifyProblem } from "../../ui/toasts";
 import { fileName } from "../../ui/words";
 import { tryAgain } from "./retry";
 
@@ -61,13 +61,13 @@ function AgainButton(props: Props & { name: string }) {
     try {
       const job = await tryAgain(props.shape);
       if (job === null)
-        tell(`No job was found in which ${props.name} could be tried again. Delete it and add it anew.`);
+        notify(`No job was found in which ${props.name} could be tried again. Delete it and add it anew.`);
       else {
         props.queued();
         props.changed();
       }
     } catch (error) {
-      tellProblem(error);
+      notifyProblem(error);
     } finally {
       setBusy(false);
     }

@@ -3,7 +3,7 @@
 import { signal } from "@preact/signals";
 import { Problem, send } from "../../api/client";
 import type { Collection, Shape } from "../../api/types";
-import { doLater, tellProblem } from "../../ui/toasts";
+import { doLater, notifyProblem } from "../../ui/toasts";
 import { count, fileName } from "../../ui/words";
 import { each } from "./pool";
 
@@ -90,7 +90,7 @@ async function deleteEach(
       reason = error;
     }
   });
-  if (kept.length > 0) tellProblem(reason);
+  if (kept.length > 0) notifyProblem(reason);
   return kept;
 }
 

@@ -2,7 +2,7 @@
 
 import { ask, Problem, send } from "../../api/client";
 import { go, linkTo } from "../../router";
-import { tellProblem } from "../../ui/toasts";
+import { notifyProblem } from "../../ui/toasts";
 import { uploadsTo } from "./uploads";
 
 const NAME = "demo";
@@ -16,7 +16,7 @@ export async function loadDemo(): Promise<void> {
     uploadsTo(NAME).add({ files: [{ file: new File([content], ARCHIVE), name: ARCHIVE }], leftOut: [] });
     go(linkTo(["collections", NAME]));
   } catch (error) {
-    tellProblem(error);
+    notifyProblem(error);
   }
 }
 

@@ -1,7 +1,7 @@
 // How files come to a collection: dropped anywhere on its page, chosen, or as a whole folder.
 
 import { useEffect, useRef, useState } from "preact/hooks";
-import { tell, tellProblem } from "../../ui/toasts";
+import { notify, notifyProblem } from "../../ui/toasts";
 import { ACCEPTED, pickChosen, pickDropped, type Picked } from "./files";
 
 type Take = (picked: Picked) => void;
@@ -60,7 +60,7 @@ export function DropAnywhere(props: { collection: string; take: Take }) {
       event.preventDefault();
       window.clearTimeout(timer);
       setOver(false);
-      pickDropped(event.dataTransfer).then((picked) => take(picked, taker.current), tellProblem);
+      pickDropped(event.dataTransfer).then((picked) => take(picked, taker.current), notifyProblem);
     };
     addEventListener("dragenter", over);
     addEventListener("dragover", over);
@@ -83,6 +83,6 @@ export function DropAnywhere(props: { collection: string; take: Take }) {
 }
 
 function take(picked: Picked, on: Take): void {
-  if (picked.files.length + picked.leftOut.length === 0) tell("There was nothing in it that could be added.");
+  if (picked.files.length + picked.leftOut.length === 0) notify("There was nothing in it that could be added.");
   else on(picked);
 }

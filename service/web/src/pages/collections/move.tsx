@@ -7,7 +7,7 @@ import type { Collection, Job, Page } from "../../api/types";
 import { linkTo } from "../../router";
 import { Field, JobBar, sentence, Trouble } from "../../ui/basics";
 import { asProblem } from "../../ui/loading";
-import { tell } from "../../ui/toasts";
+import { notify } from "../../ui/toasts";
 import { ModelSelect } from "./fields";
 
 export function MovePanel(props: { collection: Collection; moved: () => void }) {
@@ -19,7 +19,7 @@ export function MovePanel(props: { collection: Collection; moved: () => void }) 
     const abort = new AbortController();
     unfinishedMove(collection.name, abort.signal).then(
       (found) => !abort.signal.aborted && setJob((begun) => begun ?? found),
-      () => {}, // that a move is under way is told, where it can be
+      () => {}, // the warning that a move is running is left out where it cannot be had
     );
     return () => abort.abort();
   }, [collection.name]);
@@ -29,7 +29,7 @@ export function MovePanel(props: { collection: Collection; moved: () => void }) 
     watchJob(job.id, (now) => !hasEnded(now) && setJob(now), abort.signal)
       .then((ended) => {
         setJob(ended);
-        if (ended.state === "succeeded") tell(`${collection.name} is searched under ${ended.model} now`);
+        if (ended.state === "succeeded") notify(`${collection.name} is searched under ${ended.model} now`);
         moved();
       })
       .catch((error: unknown) => !abort.signal.aborted && setProblem(asProblem(error)));

@@ -5,7 +5,7 @@ import { ask, type Problem } from "../../api/client";
 import type { Shape } from "../../api/types";
 import { Bar, Dialog, Field, Trouble } from "../../ui/basics";
 import { asProblem } from "../../ui/loading";
-import { tell } from "../../ui/toasts";
+import { notify } from "../../ui/toasts";
 import { count } from "../../ui/words";
 import { each } from "./pool";
 
@@ -45,7 +45,7 @@ export function Relabelling(props: Props) {
       setDone(null);
       return;
     }
-    tell(
+    notify(
       label.trim()
         ? `${count(shapes.length, "shape")} labelled ${label.trim()}`
         : `${count(shapes.length, "label")} removed`,

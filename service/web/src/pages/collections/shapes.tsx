@@ -57,7 +57,7 @@ export function Shapes(props: Props) {
       <FilterRow filters={filters} shapes={items} />
       <header class="row shown">
         <h2 ref={heading} tabIndex={-1}>
-          {list.isLoading.value ? "Loading…" : told(total, list.isWhole.value || !isFiltered(filters))}
+          {list.isLoading.value ? "Loading…" : countText(total, list.isWhole.value || !isFiltered(filters))}
         </h2>
         {shapes.length > 0 && <SelectAll list={list} all={() => selection.all(list.items.peek())} />}
       </header>
@@ -113,7 +113,7 @@ export function Shapes(props: Props) {
   );
 }
 
-/** Ask again for what is seen and not settled, and for what came after it; returns what the grid tells. */
+/** Ask again for visible shapes that are not settled, and for newer ones; returns the grid's callback. */
 function useKeptUpToDate(list: LiveList<Shape>, collection: Collection, isSettled: boolean) {
   const range = useRef({ first: 0, last: 0 });
   const { shape_count, ready_count, failed_count } = collection;
@@ -138,7 +138,7 @@ function totalOf(collection: Collection, filters: Filters, list: LiveList<Shape>
   return Math.max(shapes.length, collection.shape_count - (stillCounted.value[collection.name] ?? 0));
 }
 
-function told(total: number, isKnown: boolean): string {
+function countText(total: number, isKnown: boolean): string {
   return isKnown ? count(total, "shape") : `${grouped(total - MORE)} shapes and more`;
 }
 

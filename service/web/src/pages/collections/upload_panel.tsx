@@ -66,7 +66,7 @@ function Overall(props: { uploads: Uploads }) {
   const { all, groups } = props.uploads;
   const number = (is: At["is"]) => groups.value.get(is)?.length ?? 0;
   const settled = number("ready") + number("failed") + number("stopped");
-  const told = [
+  const parts = [
     `${number("ready")} of ${count(all.value.length, "file")} ready`,
     number("failed") > 0 && `${number("failed")} failed`,
     number("stopped") > 0 && `${number("stopped")} stopped`,
@@ -75,7 +75,7 @@ function Overall(props: { uploads: Uploads }) {
   return (
     <div class="jobbar">
       <Bar value={settled / all.value.length} label="all uploads" />
-      <span class="quiet">{told.filter(Boolean).join(", ")}</span>
+      <span class="quiet">{parts.filter(Boolean).join(", ")}</span>
     </div>
   );
 }

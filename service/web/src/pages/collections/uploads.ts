@@ -6,7 +6,7 @@ import { pause } from "../../api/jobs";
 import type { Job, Shape } from "../../api/types";
 import { sentence } from "../../ui/basics";
 import { asProblem } from "../../ui/loading";
-import { tell, tellProblem } from "../../ui/toasts";
+import { notify, notifyProblem } from "../../ui/toasts";
 import { isArchive, type Picked } from "./files";
 import { each } from "./pool";
 import { Work, type At, type Upload } from "./work";
@@ -50,7 +50,7 @@ export class Uploads {
     this.abort = new AbortController();
     for (const upload of this.queue) upload.at.value = { is: "stopped", work: null };
     this.queue = [];
-    void each(this.works, 4, (work) => work.cancel()).catch(tellProblem);
+    void each(this.works, 4, (work) => work.cancel()).catch(notifyProblem);
   }
 
   /** Send again what was not sent, compute again what could not be computed. */
@@ -64,9 +64,9 @@ export class Uploads {
       try {
         const again = await work.retry();
         if (again !== null) this.works = [...this.works, again];
-        else tell("No job was found in which it could be tried again.");
+        else notify("No job was found in which it could be tried again.");
       } catch (error) {
-        tellProblem(error);
+        notifyProblem(error);
       }
     }
   }

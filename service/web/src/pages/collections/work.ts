@@ -93,11 +93,11 @@ export class Work {
 
   private async follow(): Promise<void> {
     try {
-      const tell = (job: Job) => {
+      const report = (job: Job) => {
         this.job.value = job;
         void this.settle(job).catch(() => {}); // asked again at the next change, and at the end
       };
-      if (!hasEnded(this.job.value)) await watched.take(() => this.watch(tell));
+      if (!hasEnded(this.job.value)) await watched.take(() => this.watch(report));
       await this.finish();
     } catch (error) {
       const reason = sentence(asProblem(error).message);
@@ -106,8 +106,8 @@ export class Work {
   }
 
   /** Once it is its turn; it may have been cancelled before. */
-  private async watch(tell: (job: Job) => void): Promise<void> {
-    if (!hasEnded(this.job.value)) await watchJob(this.job.value.id, tell, forever);
+  private async watch(report: (job: Job) => void): Promise<void> {
+    if (!hasEnded(this.job.value)) await watchJob(this.job.value.id, report, forever);
   }
 
   private open(): Part[] {

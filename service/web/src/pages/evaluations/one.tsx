@@ -7,7 +7,7 @@ import type { Evaluation, Job } from "../../api/types";
 import { linkTo } from "../../router";
 import { Badge, Heading, JobBar, Trouble } from "../../ui/basics";
 import { useLoad } from "../../ui/loading";
-import { tellProblem } from "../../ui/toasts";
+import { notifyProblem } from "../../ui/toasts";
 import { useJob } from "../../ui/watching";
 import { ago, count } from "../../ui/words";
 import { ErrorList } from "../models/source";
@@ -83,7 +83,7 @@ function Progress(props: { evaluation: Evaluation; changed: () => void }) {
       setTurn((before) => before + 1);
       changed();
     } catch (error) {
-      tellProblem(error);
+      notifyProblem(error);
     }
   };
   if (job === null) return problem ? <Trouble problem={problem} /> : <p class="loading">Loading…</p>;

@@ -146,7 +146,7 @@ function ModelChoice(props: { models: Model[]; chosen: string[]; choose: (models
 
 function FirstChoice(props: { models: string[]; first: string; choose: (model: string) => void }) {
   return (
-    <Field label="Others are compared with" hint="It is told how far each is above or below this one.">
+    <Field label="Others are compared with" hint="The difference of each model from this one is shown.">
       {(id) => (
         <select id={id} value={props.first} onChange={(event) => props.choose(event.currentTarget.value)}>
           {props.models.map((model) => (

@@ -4,7 +4,7 @@ import { useState } from "preact/hooks";
 import { ask } from "../../api/client";
 import { hasEnded } from "../../api/jobs";
 import type { Job } from "../../api/types";
-import { tellProblem } from "../../ui/toasts";
+import { notifyProblem } from "../../ui/toasts";
 import { titleOf } from "./words";
 
 export function JobButtons(props: { job: Job; changed: (job: Job) => void }) {
@@ -15,7 +15,7 @@ export function JobButtons(props: { job: Job; changed: (job: Job) => void }) {
     try {
       props.changed(await ask<Job>(`v1/jobs/${job.id}/${what}`, { method: "POST" }));
     } catch (error) {
-      tellProblem(error);
+      notifyProblem(error);
       await ask<Job>(`v1/jobs/${job.id}`).then(props.changed, () => {}); // it is not as it was shown
     } finally {
       setBusy(false);

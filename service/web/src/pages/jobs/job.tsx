@@ -7,7 +7,7 @@ import type { Job } from "../../api/types";
 import { linkTo } from "../../router";
 import { Badge, Heading, JobBar, sentence, Trouble } from "../../ui/basics";
 import { asProblem, useEvery, useLoad } from "../../ui/loading";
-import { tellProblem } from "../../ui/toasts";
+import { notifyProblem } from "../../ui/toasts";
 import { count, duration } from "../../ui/words";
 import { JobButtons } from "./buttons";
 import { STATES, titleOf } from "./words";
@@ -41,7 +41,7 @@ function Watched(props: { begun: Job }) {
     if (!isOpen) return;
     const abort = new AbortController();
     watchJob(props.begun.id, setJob, abort.signal).catch((error: unknown) => {
-      if (!abort.signal.aborted) tellProblem(asProblem(error));
+      if (!abort.signal.aborted) notifyProblem(asProblem(error));
     });
     return () => abort.abort();
   }, [props.begun.id, isOpen]);

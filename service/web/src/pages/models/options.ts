@@ -1,4 +1,4 @@
-// The parameters of each method, with what they do and what is taken if nothing is said.
+// The parameters of each method, with their effect and their default.
 
 import type { Json } from "../../api/types";
 
@@ -9,7 +9,7 @@ export interface Parameter {
   label: string;
   says: string;
   kind: "number" | "choice" | "several" | "switch";
-  /** What is taken if nothing is said; of several choices with commas. */
+  /** The default; of several choices with commas. */
   usual: string;
   choices?: Record<string, string>;
   limits?: { min: number; max: number; step: number | "any" };

@@ -3,7 +3,7 @@
 import { signal } from "@preact/signals";
 import { ask } from "../../api/client";
 import type { Collection } from "../../api/types";
-import { doLater, tell, tellProblem } from "../../ui/toasts";
+import { doLater, notify, notifyProblem } from "../../ui/toasts";
 
 /** Names of models that are not shown any more, since they are to be deleted. */
 export const hidden = signal<ReadonlySet<string>>(new Set());
@@ -17,7 +17,7 @@ export function reveal(name: string): void {
 export function remove(name: string, users: readonly Collection[]): boolean {
   if (users.length > 0) {
     const names = users.map((collection) => collection.name).join(", ");
-    tell(`${name} cannot be deleted while it is used by ${names}. Use another model for it first.`);
+    notify(`${name} cannot be deleted while it is used by ${names}. Use another model for it first.`);
     return false;
   }
   hidden.value = new Set([...hidden.value, name]);
@@ -30,6 +30,6 @@ async function send(name: string): Promise<void> {
     await ask<void>(`v1/models/${encodeURIComponent(name)}`, { method: "DELETE" });
   } catch (error) {
     reveal(name);
-    tellProblem(error);
+    notifyProblem(error);
   }
 }

@@ -1,4 +1,4 @@
-// What trainings report, read out of the model's JSON with care: older models tell less.
+// The reports of trainings, read from the model's JSON; a field that is missing is left out.
 
 import type { JobError, Json, Model } from "../../api/types";
 
@@ -47,41 +47,41 @@ export interface KernelReport {
 type Dict = Record<string, Json>;
 
 export function bankReport(model: Model): BankReport | null {
-  const told = model.training;
-  if (told === null || !isDict(told.rows)) return null;
+  const report = model.training;
+  if (report === null || !isDict(report.rows)) return null;
   return {
-    source: sourceOf(told),
-    references: numberOf(told.n_references) ?? 0,
-    copies: numberOf(told.n_queries) ?? 0,
-    groups: numberOf(told.n_groups) ?? 0,
-    candidates: numberOf(told.n_candidates) ?? 0,
-    heldOut: texts(told.held_out_groups),
-    rows: { training: rowsOf(told.rows.training), heldOut: rowsOf(told.rows.held_out) },
-    similarity: dicts(told.similarity).map((one) => ({
+    source: sourceOf(report),
+    references: numberOf(report.n_references) ?? 0,
+    copies: numberOf(report.n_queries) ?? 0,
+    groups: numberOf(report.n_groups) ?? 0,
+    candidates: numberOf(report.n_candidates) ?? 0,
+    heldOut: texts(report.held_out_groups),
+    rows: { training: rowsOf(report.rows.training), heldOut: rowsOf(report.rows.held_out) },
+    similarity: dicts(report.similarity).map((one) => ({
       promised: numberOf(one.promised) ?? 0,
       found: numberOf(one.found) ?? 0,
     })),
-    stages: dicts(told.stages).map((one) => [numberOf(one.channels) ?? 0, numberOf(one.validation_loss) ?? 0]),
-    failed: failures(told.failed_variants),
+    stages: dicts(report.stages).map((one) => [numberOf(one.channels) ?? 0, numberOf(one.validation_loss) ?? 0]),
+    failed: failures(report.failed_variants),
   };
 }
 
 export function kernelReport(model: Model): KernelReport | null {
-  const told = model.training;
-  if (told === null || !isDict(told.criterion) || !isDict(told.criterion.training)) return null;
-  const heldOut = told.criterion["held-out"];
+  const report = model.training;
+  if (report === null || !isDict(report.criterion) || !isDict(report.criterion.training)) return null;
+  const heldOut = report.criterion["held-out"];
   return {
-    source: sourceOf(told),
-    pairs: numberOf(told.n_pairs) ?? 0,
-    heldOutPairs: numberOf(told.n_held_out_pairs) ?? 0,
-    classes: texts(told.classes),
-    heldOut: texts(told.held_out_classes),
-    criterion: { training: figures(told.criterion.training), heldOut: isDict(heldOut) ? figures(heldOut) : null },
-    heatTime: numberOf(told.heat_time),
-    slope: numberOf(told.slope),
-    range: pairOf(told.trained_range),
-    unit: typeof told.unit === "string" ? told.unit : "none",
-    failed: failures(told.failed_pairs),
+    source: sourceOf(report),
+    pairs: numberOf(report.n_pairs) ?? 0,
+    heldOutPairs: numberOf(report.n_held_out_pairs) ?? 0,
+    classes: texts(report.classes),
+    heldOut: texts(report.held_out_classes),
+    criterion: { training: figures(report.criterion.training), heldOut: isDict(heldOut) ? figures(heldOut) : null },
+    heatTime: numberOf(report.heat_time),
+    slope: numberOf(report.slope),
+    range: pairOf(report.trained_range),
+    unit: typeof report.unit === "string" ? report.unit : "none",
+    failed: failures(report.failed_pairs),
   };
 }
 
@@ -91,13 +91,13 @@ export function ablationOf(model: Model): ReadonlyMap<string, number> {
   return new Map(entries.map((one) => [String(one.channel), numberOf(one.lost) ?? 0]));
 }
 
-export function sourceOf(told: Dict): Source {
+export function sourceOf(report: Dict): Source {
   return {
-    collection: typeof told.collection === "string" ? told.collection : null,
-    transformations: texts(told.transformations),
-    strengths: (Array.isArray(told.strengths) ? told.strengths : []).map(Number),
-    correspondence: String(told.correspondence ?? "simulated"),
-    seed: numberOf(told.seed) ?? 0,
+    collection: typeof report.collection === "string" ? report.collection : null,
+    transformations: texts(report.transformations),
+    strengths: (Array.isArray(report.strengths) ? report.strengths : []).map(Number),
+    correspondence: String(report.correspondence ?? "simulated"),
+    seed: numberOf(report.seed) ?? 0,
   };
 }
 

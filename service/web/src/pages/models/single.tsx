@@ -24,7 +24,7 @@ export function KernelFigures(props: { report: KernelReport; name: string }) {
           ` Held out, to be tested on: ${count(report.heldOutPairs, "pair")} of ${report.heldOut.join(", ")}.`}
       </p>
       <Failures failed={report.failed} one="pair" />
-      <h3>What transformations change, by what tells shapes apart</h3>
+      <h3>Change by transformations, relative to differences between shapes</h3>
       <p class="quiet">The criterion that is learned by, eq. (7) of the paper. Less is better.</p>
       <div class="scrolled">
         <CriterionTable report={report} />

@@ -7,7 +7,7 @@ import type { Job, Model } from "../../api/types";
 import { linkTo } from "../../router";
 import { JobBar, Trouble } from "../../ui/basics";
 import { useLoad } from "../../ui/loading";
-import { tellProblem } from "../../ui/toasts";
+import { notifyProblem } from "../../ui/toasts";
 import { useJob } from "../../ui/watching";
 import { duration } from "../../ui/words";
 import { findTraining } from "./load";
@@ -26,7 +26,7 @@ export function Training(props: { model: Model; changed: () => void }) {
       setTurn((before) => before + 1);
       changed();
     } catch (error) {
-      tellProblem(error);
+      notifyProblem(error);
     }
   };
   return (

@@ -7,7 +7,7 @@ import { hasEnded, watchJob } from "../../api/jobs";
 import type { Collection, Job } from "../../api/types";
 import { linkTo } from "../../router";
 import { Dialog, Field, JobBar } from "../../ui/basics";
-import { tell, tellProblem } from "../../ui/toasts";
+import { notify, notifyProblem } from "../../ui/toasts";
 import { count } from "../../ui/words";
 import { ErrorList } from "./source";
 
@@ -25,7 +25,7 @@ function update(move: Move): void {
   moves.value = [...moves.value.filter((other) => other.job.id !== move.job.id), move];
 }
 
-/** Begin a move and follow it to its end; what goes wrong is told. */
+/** Begin a move and follow it to its end; a failure is shown. */
 async function move(collection: string, model: string, before: string): Promise<void> {
   try {
     const path = `v1/collections/${encodeURIComponent(collection)}/model`;
@@ -36,9 +36,9 @@ async function move(collection: string, model: string, before: string): Promise<
     const last = await watchJob(job.id, tellOf, new AbortController().signal);
     if (last.state !== "succeeded") return;
     const back = { name: `Go back to ${before}`, act: () => void move(collection, before, model) };
-    tell(`${collection} is searched under ${model}`, before === model ? null : back);
+    notify(`${collection} is searched under ${model}`, before === model ? null : back);
   } catch (error) {
-    tellProblem(error);
+    notifyProblem(error);
   }
 }
 

@@ -5,7 +5,7 @@ import { watchJob } from "../../api/jobs";
 import type { Job, QueryOptions, QueryResult } from "../../api/types";
 import { filterOf, type Test } from "./filters";
 
-/** What is asked with. */
+/** The subject of a query. */
 export type Subject = { kind: "shape"; id: string } | { kind: "query"; id: string };
 
 /** What narrows a search, as it stands in the address. */
@@ -20,7 +20,7 @@ export const MOST_MATCHES = 100;
 /** Where a question that was sent is. */
 export type Stage = { at: "sending"; share: number } | { at: "waiting"; job: Job | null };
 
-/** Files that were asked with in this tab, by the id of the question. */
+/** Mesh files of this tab's queries, by the id of the query. */
 const files = new Map<string, File>();
 
 export function fileOf(query: string): File | null {
@@ -47,7 +47,7 @@ export async function askWithMesh(
   collection: string,
   file: File,
   narrowing: Narrowing,
-  tell: (stage: Stage) => void,
+  report: (stage: Stage) => void,
   signal: AbortSignal,
 ): Promise<string> {
   const form = new FormData();
@@ -55,9 +55,9 @@ export async function askWithMesh(
   for (const [name, value] of Object.entries(optionsOf(narrowing))) {
     form.append(name, typeof value === "object" ? JSON.stringify(value) : String(value));
   }
-  tell({ at: "sending", share: 0 });
+  report({ at: "sending", share: 0 });
   const path = `v1/collections/${collection}/query/mesh?wait=0`;
-  const sent = await upload<{ query_id?: string }>(path, form, (share) => tell({ at: "sending", share }), signal);
+  const sent = await upload<{ query_id?: string }>(path, form, (share) => report({ at: "sending", share }), signal);
   const id = sent.answer.query_id ?? sent.location?.split("/").pop();
   if (!id) throw new Problem(-1, "The question cannot be found again", "The service gave it no address.");
   files.set(id, file);
@@ -67,15 +67,15 @@ export async function askWithMesh(
 /** The answer to a question, once its mesh is described. */
 export async function answerOf(
   query: string,
-  tell: (stage: Stage) => void,
+  report: (stage: Stage) => void,
   signal: AbortSignal,
 ): Promise<QueryResult> {
   for (;;) {
     const response = await send(`v1/queries/${query}`, { signal });
     if (response.status === 200) return (await response.json()) as QueryResult;
     const { job } = (await response.json()) as { job: Job };
-    tell({ at: "waiting", job });
-    await watchJob(job.id, (newer) => tell({ at: "waiting", job: newer }), signal);
+    report({ at: "waiting", job });
+    await watchJob(job.id, (newer) => report({ at: "waiting", job: newer }), signal);
   }
 }
 
@@ -84,7 +84,7 @@ export async function meshOf(query: string, signal: AbortSignal): Promise<File> 
   const own = files.get(query);
   if (own) return own;
   const response = await send(`v1/queries/${query}/mesh`, { signal });
-  const told = response.headers.get("Content-Disposition") ?? "";
-  const encoded = /filename\*=UTF-8''([^;]+)/.exec(told)?.[1];
+  const header = response.headers.get("Content-Disposition") ?? "";
+  const encoded = /filename\*=UTF-8''([^;]+)/.exec(header)?.[1];
   return new File([await response.blob()], encoded ? decodeURIComponent(encoded) : "mesh");
 }

@@ -35,7 +35,7 @@ export function Comparison(props: Props) {
   const painted = useSignatures([place, found], kernel);
   const [wireframe, setWireframe] = useState(false);
   const together = useTogether();
-  const name = asked.value?.name ?? (subject.kind === "query" ? fileOf(subject.id)?.name : null) ?? "the mesh you asked with";
+  const name = asked.value?.name ?? (subject.kind === "query" ? fileOf(subject.id)?.name : null) ?? "your mesh";
   return (
     <section class="panel comparison" aria-label="The question and the chosen match">
       <div class="pair">

@@ -11,7 +11,7 @@ const OTHER = "metadata";
 interface Props {
   tests: readonly Test[];
   shapes: readonly Shape[];
-  /** From the tests that are asked with by now, which may be others than those drawn. */
+  /** From the current tests, which may be newer than those drawn. */
   set: (changed: (now: readonly Test[]) => Test[]) => void;
 }
 

@@ -22,13 +22,13 @@ export function isField(field: string): boolean {
 
 /** The tests of an address; what is none is left out. */
 export function testsOf(text: string | null): Test[] {
-  let told: unknown;
+  let parsed: unknown;
   try {
-    told = JSON.parse(text ?? "[]");
+    parsed = JSON.parse(text ?? "[]");
   } catch {
     return [];
   }
-  return (Array.isArray(told) ? told : []).flatMap((one) => {
+  return (Array.isArray(parsed) ? parsed : []).flatMap((one) => {
     if (!Array.isArray(one) || !one.every((part) => typeof part === "string")) return [];
     const [field = "", how = "", value = ""] = one as string[];
     return isField(field) && HOWS.includes(how as How) && value ? [{ field, how: how as How, value }] : [];

@@ -88,7 +88,7 @@ function Search(props: { collections: Collection[] }) {
 
   const wanted = useRef(narrowing); // ahead of the address until a mesh that is sent again has its answer
   if (!isBusy) wanted.current = narrowing;
-  /** Other filters: a stored shape is asked with again, a mesh has to be sent again. */
+  /** Other filters: the query is repeated; a mesh has to be sent again. */
   const narrow = async (changed: (now: Narrowing) => Partial<Narrowing>) => {
     wanted.current = { ...wanted.current, ...changed(wanted.current) };
     if (subject?.kind !== "query") return change({ ...addressOf(wanted.current), match: null });
@@ -150,7 +150,7 @@ function Waiting(props: { stage: Stage | null }) {
 }
 
 /** Sending meshes as questions; the answer's address becomes the page's. */
-function useAsking(collection: string, narrowing: Narrowing, tell: (stage: Stage | null) => void) {
+function useAsking(collection: string, narrowing: Narrowing, report: (stage: Stage | null) => void) {
   const [isBusy, setBusy] = useState(false);
   const [problem, setProblem] = useState<ReturnType<typeof asProblem> | null>(null);
   const running = useRef<AbortController | null>(null);
@@ -163,8 +163,8 @@ function useAsking(collection: string, narrowing: Narrowing, tell: (stage: Stage
     setBusy(true);
     setProblem(null);
     try {
-      const id = await askWithMesh(where, await file(abort.signal), how, tell, abort.signal);
-      tell({ at: "waiting", job: null });
+      const id = await askWithMesh(where, await file(abort.signal), how, report, abort.signal);
+      report({ at: "waiting", job: null });
       go(linkTo(["search", where], { query: id, ...addressOf(how) }), { replace });
     } catch (error) {
       if (!abort.signal.aborted) setProblem(asProblem(error));

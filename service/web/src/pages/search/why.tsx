@@ -61,7 +61,7 @@ function ChannelPlot(props: { channel: ComparedChannel }) {
   const { axis } = channel;
   const isOfPoints = axis.kind === "times";
   const series: Series[] = [
-    { name: "asked with", points: pointsOf(channel, channel.asked_values), steps: axis.kind === "edges" },
+    { name: "query", points: pointsOf(channel, channel.asked_values), steps: axis.kind === "edges" },
     { name: "found", points: pointsOf(channel, channel.values), steps: axis.kind === "edges" },
   ];
   const names = { edges: "distance", levels: "share of the surface", index: "number of the eigenvalue", times: "time" };

@@ -8,7 +8,7 @@ import { save } from "../../plots/save";
 import { linkTo, route } from "../../router";
 import { Badge, Empty, Heading, Similarity, Thumbnail, Trouble } from "../../ui/basics";
 import { useEvery, useLoad } from "../../ui/loading";
-import { tellProblem } from "../../ui/toasts";
+import { notifyProblem } from "../../ui/toasts";
 import { ago, brief, fileName, grouped } from "../../ui/words";
 import { Look } from "./look";
 import "./shape.css";
@@ -114,7 +114,7 @@ function Downloads(props: { shape: Shape }) {
     event.preventDefault();
     await send(path)
       .then(async (response) => save(await response.blob(), name))
-      .catch(tellProblem);
+      .catch(notifyProblem);
   };
   const link = (format: string, name: string, text: string) => {
     const path = `v1/shapes/${shape.id}/mesh?format=${format}`;

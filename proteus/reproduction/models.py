@@ -1,4 +1,4 @@
-"""Models of the service: asked for, waited for, reused where they are there already."""
+"""Models of the service for a reproduction: made, waited for, reused."""
 
 from proteus.client import Client, Document, ServiceError
 from proteus.jobs import failure_of
@@ -11,9 +11,9 @@ from workers.diffusion.kernels import Kernel, kernel_from_json
 def ensure_model(
     client: Client, output: Output, plan: Plan, spec: ModelSpec, name: str
 ) -> Document:
-    """Return a model of the service that is ready, after training it if need be.
+    """Return a model of the service that is ready; it is trained if it is missing.
 
-    One that is there already is taken as it is: its name says what it was made with.
+    An existing model is reused: its name depends on everything that it was made with.
 
     Raises
     ------
@@ -54,11 +54,11 @@ def _create(client: Client, plan: Plan, spec: ModelSpec, name: str) -> Document:
 
 
 def _training_job(client: Client, name: str) -> Document:
-    """Return the job of a model that another run has begun to train."""
+    """Return the training job of a model that another run started."""
     for job in client.pages("/v1/jobs", kind="train"):
         if job["model"] == name:
             return job
-    raise CommandError(f"the model {name} is in training, but no job trains it; delete it")
+    raise CommandError(f"the model {name} is in training, but has no job; delete it")
 
 
 def heat_time(model: Document) -> float:
@@ -73,6 +73,6 @@ def kernel_of(model: Document) -> Kernel:
 
 
 def trained_range(model: Document) -> tuple[float, float]:
-    """Return the smallest and largest eigenvalue that a model has learned from."""
+    """Return the smallest and largest eigenvalue that a model was learned from."""
     low, high = model["training"]["trained_range"]
     return float(low), float(high)
