@@ -27,8 +27,8 @@ from workers.storage.database import Database
 from workers.storage.shipped_models import FOLDER, write_shipped
 from workers.storage.trained_models import get_model
 from workers.training.bank import BANK_VERSION, MOST_CHANNELS, POWER
+from workers.training.chosen_variants import DEFAULT_CREATURES
 from workers.training.examples import VARIANT_VERSIONS
-from workers.training.planned_variants import DEFAULT_CREATURES
 from workers.transformations import PAPER_TRANSFORMATIONS, STRENGTHS
 
 WITNESS_VERTICES = 4000

@@ -14,11 +14,11 @@ from service.security import ADMINISTERS, READS, WRITES
 from service.waiting import hold_on
 from workers.geometry.preparation import View, named_view
 from workers.pipeline.solve import parse_upload
-from workers.pipeline.training.planning import (
+from workers.pipeline.training.training_plan import (
     add_untrained,
-    plan_pairs,
+    choose_pairs,
+    choose_variants,
     plan_training,
-    plan_variants,
 )
 from workers.retrieval.untrained import untrained_model
 from workers.storage.models import Job
@@ -138,7 +138,7 @@ def _pairs(services: Services, wanted: Learned) -> list[Pair]:
 
     with services.database.read() as session:
         require_free_name(session, wanted.name)
-        return plan_pairs(
+        return choose_pairs(
             session,
             wanted.training.to_request(),
             view=_view(services, wanted.parameters.view),
@@ -152,7 +152,7 @@ def _variants(services: Services, wanted: NewBank) -> list[Variant]:
     """Plan what a bank is learned from, while others may write."""
     with services.database.read() as session:
         require_free_name(session, wanted.name)
-        return plan_variants(
+        return choose_variants(
             session,
             wanted.training.to_request(),
             views=[_view(services, name) for name in wanted.parameters.views],

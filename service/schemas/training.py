@@ -20,8 +20,8 @@ from service.schemas.text import Answer, Body, Text
 from workers.geometry.preparation import DETAILED_EIGENPAIRS, LONGEST_LOOP, VIEW_NAMES
 from workers.retrieval.builtin import HEAT_TIME, SHAPE_DNA_EIGENVALUES
 from workers.training.bank import MOST_CHANNELS, POWER
+from workers.training.chosen_variants import DEFAULT_CREATURES
 from workers.training.learning_options import LearningOptions
-from workers.training.planned_variants import DEFAULT_CREATURES
 from workers.training.request import MOST_CREATURES, MOST_SHAPES, TrainingRequest
 from workers.transformations import STRENGTHS, TRANSFORMATIONS
 

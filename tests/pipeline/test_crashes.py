@@ -4,6 +4,7 @@ import io
 import shutil
 import zipfile
 from collections.abc import Callable, Mapping
+from functools import partial
 from hashlib import sha256
 from pathlib import Path
 
@@ -23,6 +24,7 @@ from tests.pipeline.uploads import store_upload
 from workers.geometry.formats import write
 from workers.pipeline.outcome import Outcome, Verb
 from workers.pipeline.plans import plan_activation, query_part, unpack_part
+from workers.pipeline.unpack import unpack as unpack_archive
 from workers.pipeline.verbs import VERBS
 from workers.pipeline.workbench import Workbench
 from workers.storage.blobs import archive_key, mesh_key
@@ -61,6 +63,11 @@ def unpack(bench: Workbench) -> None:
         row = get_collection(session, "zoo")
         part = unpack_part(row.id, digest, filename="a.zip", label=None, attributes={})
         create_job(session, kind="ingest", unit="shapes", parts=[part])
+
+
+def unpack_by_parts(bench: Workbench) -> None:
+    """The same by three parts of two entries each, after one that divides the archive."""
+    unpack(bench)
 
 
 def query(bench: Workbench) -> None:
@@ -106,6 +113,7 @@ UNSOLVED: Mapping[str, Verb] = {**VERBS, "ingest": end_at_once}
 PREPARATIONS: Mapping[Callable[[Workbench], None], Mapping[str, Verb]] = {
     ingest: VERBS,
     unpack: UNSOLVED,
+    unpack_by_parts: {**UNSOLVED, "unpack": partial(unpack_archive, entries_a_part=2)},
     query: VERBS,
     activate: VERBS,
     evaluate: VERBS,

@@ -16,7 +16,7 @@ from tests.pipeline.trainings import (
     begin_training,
     definition,
     job_row,
-    plan,
+    pairs_for,
     small_bench,
     state,
     stored_at,
@@ -30,8 +30,8 @@ from workers.pipeline.training.pair import (
     measure_pair,
     points_of_pair,
 )
-from workers.pipeline.training.planning import add_untrained
 from workers.pipeline.training.results import load_result
+from workers.pipeline.training.training_plan import add_untrained
 from workers.pipeline.verbs import VERBS
 from workers.pipeline.work import run_part
 from workers.pipeline.workbench import Workbench
@@ -263,7 +263,7 @@ def test_a_model_that_was_deleted_is_not_brought_back_by_a_retry(bench: Workbenc
 
 def test_points_of_a_scaled_creature_correspond_exactly(bench: Workbench) -> None:
     """φ of αX is φ/α, at the same points up to the precision in which eigenvectors are stored."""
-    scales = [pair for pair in plan(bench) if " scale " in pair.item]
+    scales = [pair for pair in pairs_for(bench) if " scale " in pair.item]
     assert len(scales) == N_PAIRS // 2
     for pair in scales:
         found = load_result(bench.blobs, pair)

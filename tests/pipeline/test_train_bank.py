@@ -14,9 +14,9 @@ from tests.pipeline.trainings import (
     begin_bank,
     definition,
     job_row,
-    plan_bank,
     small_bench,
     state,
+    variants_for,
     work,
 )
 from workers.errors import (
@@ -36,9 +36,9 @@ from workers.storage.migrate import migrate
 from workers.storage.models import Part
 from workers.storage.trained_models import load_model
 from workers.training.candidates import candidate_model
+from workers.training.chosen_variants import DEFAULT_CREATURES
 from workers.training.copies import arrange_copies
 from workers.training.examples import Variant
-from workers.training.planned_variants import DEFAULT_CREATURES
 from workers.training.request import TrainingRequest
 from workers.training.sources import CreatureSource
 
@@ -87,7 +87,7 @@ def failing(error: Exception, *words: str) -> Mapping[str, Verb]:
 
 
 def test_a_plan_has_every_shape_and_every_copy_of_it(bench: Workbench) -> None:
-    variants = plan_bank(bench, CREATURES)
+    variants = variants_for(bench, CREATURES)
     assert [variant.number for variant in variants] == list(range(N_VARIANTS))
     assert {variant.reference for variant in variants} == {0, 3, 6, 9}
     for variant in variants:
@@ -106,18 +106,20 @@ def test_a_plan_has_every_shape_and_every_copy_of_it(bench: Workbench) -> None:
 
 def test_creatures_are_spread_over_species_and_then_have_near_twins(bench: Workbench) -> None:
     request = TrainingRequest(transformations=("noise",), strengths=(1,))
-    shapes = [v for v in plan_bank(bench, request) if v.change is None]
+    shapes = [v for v in variants_for(bench, request) if v.change is None]
     assert len(shapes) == DEFAULT_CREATURES >= 60
     assert len(set(shapes)) == DEFAULT_CREATURES
     assert sum(shape.group == "human" for shape in shapes) >= 2
-    more = plan_bank(bench, TrainingRequest(transformations=("noise",), strengths=(1,), seed=100))
-    assert not {v.key for v in more} & {v.key for v in plan_bank(bench, request)}
+    more = variants_for(
+        bench, TrainingRequest(transformations=("noise",), strengths=(1,), seed=100)
+    )
+    assert not {v.key for v in more} & {v.key for v in variants_for(bench, request)}
 
 
 def test_every_other_species_is_meshed_unevenly_but_twins_alike(bench: Workbench) -> None:
     request = TrainingRequest(transformations=("noise",), strengths=(1,))
     meshed: dict[str, set[bool]] = {}
-    for variant in plan_bank(bench, request):
+    for variant in variants_for(bench, request):
         assert isinstance(variant.source, CreatureSource)
         meshed.setdefault(variant.group, set()).add(variant.source.uneven)
     kinds = sorted(list(kind) for kind in meshed.values())
@@ -159,7 +161,7 @@ def test_what_cannot_be_learned_from_is_refused(
     bench: Workbench, request_: TrainingRequest, error: type[ProteusError], words: str
 ) -> None:
     with pytest.raises(error, match=words):
-        plan_bank(bench, request_)
+        variants_for(bench, request_)
 
 
 # -- the training -----------------------------------------------------------------------------
@@ -287,7 +289,7 @@ def test_a_cancelled_training_goes_on_when_it_is_retried(bench: Workbench) -> No
 
 
 def test_copies_of_a_shape_without_a_descriptor_are_left_out(bench: Workbench) -> None:
-    variants = plan_bank(bench, CREATURES)
+    variants = variants_for(bench, CREATURES)
     width = candidate_model(variants[0].views, power=0.25).dimension
     descriptors = [np.full(width, variant.number, dtype=np.float32) for variant in variants]
     shapes = arrange_copies(variants[1:], descriptors[1:])

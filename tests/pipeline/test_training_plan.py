@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from tests.meshes import bumpy_sphere
-from tests.pipeline.trainings import begin_training, definition, plan, small_bench, work
+from tests.pipeline.trainings import begin_training, definition, pairs_for, small_bench, work
 from workers.creatures import SPECIES
 from workers.errors import (
     CollectionNotFoundError,
@@ -72,10 +72,10 @@ def fill(
 def test_creatures_are_spread_over_every_other_species(bench: Workbench) -> None:
     request = TrainingRequest(transformations=("scale",), strengths=(1,))
     for shapes in (None, 2, 21):
-        species = [pair.label for pair in plan(bench, replace(request, shapes=shapes))]
+        species = [pair.label for pair in pairs_for(bench, replace(request, shapes=shapes))]
         assert len(set(species)) == len(species) == (shapes or 12)
         assert set(species) <= set(SPECIES[0::2])
-    sources = [pair.source for pair in plan(bench, replace(request, shapes=30, seed=7))]
+    sources = [pair.source for pair in pairs_for(bench, replace(request, shapes=30, seed=7))]
     assert len(set(sources)) == 30
     assert {source.seed for source in sources if isinstance(source, CreatureSource)} == {7, 8}
 
@@ -84,9 +84,9 @@ def test_other_transformations_are_applied_to_poses_where_isometry_is_asked_for(
     bench: Workbench,
 ) -> None:
     request = TrainingRequest(transformations=("noise",), strengths=(1, 2), shapes=2)
-    at_rest = [pair.change for pair in plan(bench, request)]
+    at_rest = [pair.change for pair in pairs_for(bench, request)]
     assert {change.pose for change in at_rest if isinstance(change, Simulation)} == {None}
-    posed = plan(bench, replace(request, transformations=("noise", "isometry")))
+    posed = pairs_for(bench, replace(request, transformations=("noise", "isometry")))
     poses = [pair.change.pose for pair in posed if isinstance(pair.change, Simulation)]
     assert None not in poses
     assert len(set(poses)) == len(posed) == 8
@@ -98,24 +98,26 @@ def test_the_plan_does_not_depend_on_the_order_of_uploads(bench: Workbench) -> N
     with bench.database.begin() as session:
         create_collection(session, name="other", description="", model="heat")
     fill(bench, *labels, collection="other", shuffle=random.Random(3))
-    assert plan(bench, ZOO) == plan(bench, replace(ZOO, collection="other"))
-    fewer = plan(bench, replace(ZOO, shapes=4))
-    assert fewer == plan(bench, replace(ZOO, collection="other", shapes=4))
+    assert pairs_for(bench, ZOO) == pairs_for(bench, replace(ZOO, collection="other"))
+    fewer = pairs_for(bench, replace(ZOO, shapes=4))
+    assert fewer == pairs_for(bench, replace(ZOO, collection="other", shapes=4))
 
 
 def test_shapes_are_spread_evenly_over_labels(bench: Workbench) -> None:
     fill(bench, *["cat"] * 6, *["dog"] * 2, "cow", None, None)
-    pairs = plan(bench, replace(ZOO, shapes=8))
+    pairs = pairs_for(bench, replace(ZOO, shapes=8))
     counts = [sum(pair.label == label for pair in pairs) for label in ("cat", "dog", "cow")]
     assert counts == [3 * 4, 2 * 4, 1 * 4]  # two transformations in two strengths
     assert len({pair.label for pair in pairs}) == 5  # a shape without a label is its own class
     assert [pair.number for pair in pairs] == list(range(32))
-    assert len({pair.label for pair in plan(bench, replace(ZOO, shapes=2))}) == 2
+    assert len({pair.label for pair in pairs_for(bench, replace(ZOO, shapes=2))}) == 2
 
 
 def test_a_pair_survives_its_payload_and_is_known_by_what_it_is_made_of(bench: Workbench) -> None:
     fill(bench, "cat", "dog")
-    pairs = plan(bench, ZOO) + plan(bench, TrainingRequest(transformations=("all",), shapes=2))
+    pairs = pairs_for(bench, ZOO) + pairs_for(
+        bench, TrainingRequest(transformations=("all",), shapes=2)
+    )
     assert [Pair.from_payload(pair.to_payload()) for pair in pairs] == pairs
     assert len({pair.key for pair in pairs}) == len(pairs)
     one = pairs[0]
@@ -148,18 +150,18 @@ def test_what_cannot_be_learned_from_is_refused(
 ) -> None:
     fill(bench, "cat", "cat", "cat")
     with pytest.raises(error, match=message):
-        plan(bench, request_)
+        pairs_for(bench, request_)
 
 
 def test_shapes_that_are_still_computed_are_waited_for(bench: Workbench) -> None:
     fill(bench, "cat", "dog", "cow", ready=False)
     with pytest.raises(ShapeNotReadyError, match=r"0\.off and 2 more of collection 'zoo'"):
-        plan(bench, ZOO)
+        pairs_for(bench, ZOO)
 
 
 def test_shapes_of_a_label_are_paired_in_a_circle_by_name(bench: Workbench) -> None:
     fill(bench, "cat", "dog", "cat", "dog", "cat", None, "cow")
-    items = [pair.item for pair in plan(bench, IN_ORDER)]
+    items = [pair.item for pair in pairs_for(bench, IN_ORDER)]
     cats = ["0.off and 2.off", "2.off and 4.off", "4.off and 0.off"]
     assert items == [*cats, "1.off and 3.off", "3.off and 1.off"]
 
@@ -211,7 +213,7 @@ def test_files_of_a_label_with_different_numbers_of_vertices_are_refused(bench: 
         store(bench, label, f"{label}-b.off", with_spare(stretched(mesh, 3.0), count))
     message = r"labelled 'pea'.* pea-a\.off has 163 vertices, pea-b\.off has 164"
     with pytest.raises(InvalidRequestError, match=message):
-        plan(bench, IN_ORDER)
+        pairs_for(bench, IN_ORDER)
     with bench.database.read() as session:
         assert session.query(Part).count() == 0
         assert session.query(TrainedModel).filter_by(built_in=False).count() == 0

@@ -10,7 +10,7 @@ from sqlalchemy import select
 from workers.geometry.preparation import default_view
 from workers.pipeline.outcome import Verb
 from workers.pipeline.solve import parse_upload
-from workers.pipeline.training.planning import plan_pairs, plan_training, plan_variants
+from workers.pipeline.training.training_plan import choose_pairs, choose_variants, plan_training
 from workers.pipeline.verbs import VERBS
 from workers.pipeline.work import run_part
 from workers.pipeline.workbench import Workbench
@@ -35,7 +35,7 @@ def small_bench(folder: Path) -> Workbench:
     return Workbench(database, BlobStore(settings.resolved_blob_url), settings, lambda parts: None)
 
 
-def plan(
+def pairs_for(
     bench: Workbench, request: TrainingRequest = CREATURES, *, criterion: str = "distance"
 ) -> list[Pair]:
     """Pairs that a request leads to."""
@@ -47,7 +47,7 @@ def plan(
         return parsed.mesh.n_vertices
 
     with bench.database.read() as session:
-        return plan_pairs(
+        return choose_pairs(
             session,
             request,
             view=default_view(working_vertices=bench.settings.working_vertices),
@@ -67,7 +67,7 @@ def begin_training(
 ) -> str:
     """Commit a training; returns its job, nothing is computed yet."""
     parameters = LearningOptions.from_json(method, options).to_json()
-    pairs = plan(bench, request, criterion=parameters["criterion"])
+    pairs = pairs_for(bench, request, criterion=parameters["criterion"])
     with bench.database.begin() as session:
         job, _ = plan_training(
             session,
@@ -80,11 +80,11 @@ def begin_training(
     return job.id
 
 
-def plan_bank(bench: Workbench, request: TrainingRequest) -> list[Variant]:
+def variants_for(bench: Workbench, request: TrainingRequest) -> list[Variant]:
     """Variants that a request leads to, under one view."""
     vertices = bench.settings.working_vertices
     with bench.database.read() as session:
-        return plan_variants(
+        return choose_variants(
             session,
             request,
             views=[default_view(working_vertices=vertices)],
@@ -94,7 +94,7 @@ def plan_bank(bench: Workbench, request: TrainingRequest) -> list[Variant]:
 
 def begin_bank(bench: Workbench, name: str, request: TrainingRequest, *, channels: int = 16) -> str:
     """Commit the training of a bank; returns its job, nothing is computed yet."""
-    variants = plan_bank(bench, request)
+    variants = variants_for(bench, request)
     with bench.database.begin() as session:
         job, _ = plan_training(
             session,

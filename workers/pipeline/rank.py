@@ -51,14 +51,14 @@ def rank(bench: Workbench, claim: Claim) -> Outcome:
         return Outcome()
     targets = matrix[protocol.targets]  # (m, d)
 
-    def far(place: int) -> FloatArray:
+    def distances_from(place: int) -> FloatArray:
         query = matrix[protocol.queries[place]]
         chosen = payload["dissimilarity"]
         near = distances(query, targets, model, dissimilarity=chosen)
         return rerank(query, lambda rows: targets[rows], near, model, dissimilarity=chosen)
 
     start, stop = payload["start"], payload["stop"]
-    ranking = rank_queries(protocol, far, places=range(start, stop))
+    ranking = rank_queries(protocol, distances_from, places=range(start, stop))
     key = ranking_key(payload["evaluation_id"], payload["frame"], payload["number"], start)
     bench.blobs.put(key, json.dumps(ranking.to_json()).encode())
     return Outcome()

@@ -14,15 +14,15 @@ from workers.storage.jobs import create_job
 from workers.storage.models import Collection, Job, Json, Part, Shape
 from workers.storage.shapes import state_of_shape
 from workers.storage.trained_models import READY, TRAINING, create_model
+from workers.training.chosen_pairs import check_pairs, pairs_of
+from workers.training.chosen_variants import check_variants, variants_of
 from workers.training.examples import Pair, Variant
-from workers.training.planned_pairs import check_pairs, pairs_to_learn_from
-from workers.training.planned_variants import check_variants, variants_to_learn_from
 from workers.training.request import TrainingRequest
 from workers.training.shapes import TrainingShape
 from workers.training.sources import StoredSource
 
 
-def plan_pairs(
+def choose_pairs(
     session: Session,
     request: TrainingRequest,
     *,
@@ -64,7 +64,7 @@ def plan_pairs(
         things that do not go together.
     """
     check_pairs(request)
-    return pairs_to_learn_from(
+    return pairs_of(
         request,
         _ready_shapes(session, request),
         view=view,
@@ -74,7 +74,7 @@ def plan_pairs(
     )
 
 
-def plan_variants(
+def choose_variants(
     session: Session,
     request: TrainingRequest,
     *,
@@ -110,7 +110,7 @@ def plan_variants(
     """
     check_variants(request)
     shapes = _ready_shapes(session, request)
-    return variants_to_learn_from(request, shapes, views=views, working_vertices=working_vertices)
+    return variants_of(request, shapes, views=views, working_vertices=working_vertices)
 
 
 def plan_training(

@@ -47,7 +47,7 @@ def check_variants(request: TrainingRequest) -> None:
     check_simulations(request)
 
 
-def variants_to_learn_from(
+def variants_of(
     request: TrainingRequest,
     shapes: Sequence[TrainingShape],
     *,

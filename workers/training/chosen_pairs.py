@@ -54,7 +54,7 @@ def check_pairs(request: TrainingRequest) -> None:
         )
 
 
-def pairs_to_learn_from(
+def pairs_of(
     request: TrainingRequest,
     shapes: Sequence[TrainingShape],
     *,
