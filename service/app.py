@@ -20,6 +20,7 @@ from service.api import (
     evaluations,
     health,
     jobs,
+    maintenance,
     models,
     queries,
     shapes,
@@ -50,7 +51,7 @@ MAX_JSON_BYTES = 4 * MEBIBYTE
 STALE_SECONDS = 24 * 3600
 ROUTERS = (
     *(health, collections, uploads, shapes, surfaces, descriptors, queries, models),
-    *(evaluations, jobs),
+    *(evaluations, jobs, maintenance),
 )
 Lifespan = Callable[[FastAPI], AbstractAsyncContextManager[None]]
 

@@ -14,6 +14,7 @@ from proteus.cli.checks import (
 )
 from proteus.cli.connection import Session, connected
 from proteus.cli.errors import EXIT_FAILED
+from proteus.cli.prune import check_freeable
 from proteus.cli.serving import DataOption
 from proteus.client import DEFAULT_URL, Client
 from proteus.terminal.tables import make_table
@@ -55,5 +56,7 @@ def _examine(session: Session, data_dir: object) -> Iterator[Check]:
     if holder is not None and holder.url and session.client.url == DEFAULT_URL:
         with Client(holder.url) as client:
             yield from check_service(client)
+            yield from check_freeable(client)
     else:
         yield from check_service(session.client)
+        yield from check_freeable(session.client)

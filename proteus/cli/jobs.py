@@ -27,7 +27,8 @@ IdArgument = Annotated[str, typer.Argument(metavar="ID", help="The job's id.")]
 def list_jobs(
     session: Session,
     kind: Annotated[
-        str, typer.Option(help="Only this kind: ingest, query, train, describe, evaluate.")
+        str,
+        typer.Option(help="Only this kind: ingest, query, train, describe, evaluate, prune."),
     ] = "",
     state: Annotated[
         str, typer.Option(help="Only this state: queued, running, succeeded, failed, cancelled.")

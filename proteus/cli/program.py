@@ -15,6 +15,7 @@ from proteus.cli import (
     jobs,
     keys,
     models,
+    prune,
     query,
     reproduce,
     serving,
@@ -67,6 +68,7 @@ app.add_typer(models.app, name="models", rich_help_panel=USE)
 app.add_typer(benchmark.app, name="benchmark", rich_help_panel=USE)
 app.command("reproduce", rich_help_panel=MORE)(reproduce.reproduce)
 app.command("doctor", rich_help_panel=MORE)(doctor.doctor)
+app.command("prune", rich_help_panel=MORE)(prune.prune)
 app.command("key", rich_help_panel=MORE)(keys.key)
 app.command("creatures", rich_help_panel=MORE)(creatures.creatures)
 

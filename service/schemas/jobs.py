@@ -1,7 +1,7 @@
 """Bodies of jobs."""
 
 from datetime import datetime
-from typing import Literal
+from typing import Any, Literal
 
 from pydantic import ConfigDict, Field
 from pydantic.config import JsonDict
@@ -10,9 +10,9 @@ from service.schemas.pages import time_from, time_or_none
 from service.schemas.text import Answer
 from workers.storage.models import Job
 
-JobKind = Literal["ingest", "query", "train", "describe", "evaluate"]
+JobKind = Literal["ingest", "query", "train", "describe", "evaluate", "prune"]
 JobState = Literal["queued", "running", "succeeded", "failed", "cancelled"]
-COPIED = ("id", "kind", "state", "errors", "attempts", "collection", "model")
+COPIED = ("id", "kind", "state", "errors", "attempts", "collection", "model", "result")
 JOB_EXAMPLE: JsonDict = {
     "id": "0199b1c4-7a11-7d2e-9c3b-5a6b7c8d9e0f",
     "kind": "ingest",
@@ -28,6 +28,7 @@ JOB_EXAMPLE: JsonDict = {
     "attempts": 1,
     "collection": "zoo",
     "model": None,
+    "result": None,
     "created_at": "2026-03-01T09:30:00Z",
     "started_at": "2026-03-01T09:30:01Z",
     "finished_at": None,
@@ -63,6 +64,9 @@ class JobAnswer(Answer):
     attempts: int = Field(description="most often that a part of it was begun")
     collection: str | None
     model: str | None
+    result: dict[str, Any] | None = Field(
+        description="what it found out, where that is stored nowhere else: what a `prune` freed"
+    )
     created_at: datetime
     started_at: datetime | None
     finished_at: datetime | None

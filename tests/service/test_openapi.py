@@ -65,6 +65,8 @@ CONTRACT = {
     ("post", "/v1/jobs/{job_id}/cancel"): {"200", "404", "409"},
     ("post", "/v1/jobs/{job_id}/retry"): {"200", "404", "409"},
     ("get", "/v1/jobs/{job_id}/events"): {"200", "404"},
+    ("get", "/v1/prune"): {"200"},
+    ("post", "/v1/prune"): {*JOB_STATUSES},
 }
 """The table of the contract, and what was added: operations, and statuses each speaks of."""
 LISTS = {

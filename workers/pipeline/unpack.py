@@ -13,12 +13,13 @@ from sqlalchemy.orm import Session
 from workers.errors import UnsupportedFormatError, UploadTooLargeError
 from workers.geometry.formats.naming import read_name
 from workers.pipeline.archives import Entry, count_entries, read_archive
-from workers.pipeline.outcome import Outcome
+from workers.pipeline.outcome import GoOn, Outcome
 from workers.pipeline.plans import entry_parts, ingest_part
 from workers.pipeline.workbench import Workbench
 from workers.storage.blobs import archive_key, mesh_key
 from workers.storage.models import Collection, Job, Shape
 from workers.storage.parts import Claim, Failure
+from workers.storage.references import hold_blobs
 from workers.storage.shapes import NewShape, create_shape
 
 ENTRIES_A_PART = 200
@@ -52,12 +53,12 @@ def unpack(bench: Workbench, claim: Claim, *, entries_a_part: int = ENTRIES_A_PA
         bench.blobs.fetch(archive_key(archive["sha256"]), path)
         try:
             if "start" in archive:
-                return _unpack_range(bench, path, archive)
+                return _unpack_range(bench, claim, path)
             entries = count_entries(path, bench.settings)
             if entries > entries_a_part:
                 return Outcome(follow_up=entry_parts(archive, entries, entries_a_part))
             if entries:
-                return _unpack_range(bench, path, archive)
+                return _unpack_range(bench, claim, path)
         except (UnsupportedFormatError, UploadTooLargeError) as error:
             failure = Failure(archive["filename"], error.kind, str(error))
         else:
@@ -66,8 +67,9 @@ def unpack(bench: Workbench, claim: Claim, *, entries_a_part: int = ENTRIES_A_PA
     return Outcome(store=partial(_count_refused, [failure]))
 
 
-def _unpack_range(bench: Workbench, path: Path, archive: Mapping[str, Any]) -> Outcome:
+def _unpack_range(bench: Workbench, claim: Claim, path: Path) -> Outcome:
     """Store the bytes of some entries; their rows are stored with the outcome."""
+    archive = claim.payload
     shapes: list[NewShape] = []
     refused: list[Failure] = []
     entries = read_archive(
@@ -80,17 +82,25 @@ def _unpack_range(bench: Workbench, path: Path, archive: Mapping[str, Any]) -> O
             sha256 = hashlib.sha256(entry.data).hexdigest()
             bench.blobs.put(mesh_key(sha256), entry.data)
             shapes.append(_new_shape(entry, sha256, archive))
-    return Outcome(store=partial(_store, archive["collection_id"], shapes, refused))
+    return Outcome(store=partial(_store, bench, claim, shapes, refused))
 
 
 def _store(
-    collection_id: str,
+    bench: Workbench,
+    claim: Claim,
     shapes: Sequence[NewShape],
     refused: Sequence[Failure],
     session: Session,
     job: Job,
-) -> Outcome | None:
-    """Store entries of an archive as shapes; those that are new get parts of their own."""
+) -> Outcome | GoOn | None:
+    """Store entries of an archive as shapes; those that are new get parts of their own.
+
+    Bytes that were pruned since they were stored are stored again first.
+    """
+    hold_blobs(session)
+    if not all(bench.blobs.exists(mesh_key(shape.sha256)) for shape in shapes):
+        return GoOn(partial(unpack, bench, claim))
+    collection_id = claim.payload["collection_id"]
     if session.get(Collection, collection_id) is None:
         return None
     new: list[str] = []

@@ -11,6 +11,7 @@ from workers.pipeline.activate import activate
 from workers.pipeline.evaluate import evaluate
 from workers.pipeline.ingest import ingest
 from workers.pipeline.outcome import Verb
+from workers.pipeline.prune import prune
 from workers.pipeline.query import answer_query
 from workers.pipeline.rank import rank
 from workers.pipeline.redescribe import redescribe
@@ -32,4 +33,5 @@ VERBS: Mapping[str, Verb] = {
     "fit-bank": fit_bank,
     "rank": rank,
     "evaluate": evaluate,
+    "prune": prune,
 }

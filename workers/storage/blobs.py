@@ -400,11 +400,26 @@ class BlobStore:
         ------
         Each blob, in the order of keys.
         """
+        if self._local:
+            yield from self._files_in(Path(self._path(prefix)))
+            return
         for entry in sorted(self._entries(prefix), key=lambda entry: str(entry["name"])):
             if entry["type"] == "file":
                 path = entry["name"]
                 modified = self._modified(path, entry)
                 yield StoredBlob(self._key(path), int(entry["size"] or 0), modified)
+
+    def _files_in(self, folder: Path) -> Iterator[StoredBlob]:
+        """List the files of a folder on disk: several times as fast as through fsspec."""
+        try:
+            entries = sorted(os.scandir(folder), key=lambda entry: entry.name)
+        except FileNotFoundError:
+            return
+        for entry in entries:
+            with contextlib.suppress(FileNotFoundError):  # it was deleted since
+                if entry.is_file(follow_symlinks=False):
+                    state = entry.stat(follow_symlinks=False)
+                    yield StoredBlob(self._key(entry.path), state.st_size, state.st_mtime)
 
     def _entries(self, prefix: str) -> list[dict[str, Any]]:
         self._files.invalidate_cache()

@@ -14,6 +14,7 @@ from celery.signals import worker_ready, worker_shutting_down
 from celery.worker import state as worker_state
 from sqlalchemy import func, select
 
+from workers.pipeline.prune import plan_pruning_if_due
 from workers.settings import QUEUES, Settings
 from workers.storage.database import Database
 from workers.storage.models import Part
@@ -46,6 +47,7 @@ class Keeper(threading.Thread):
                 if now >= next_sweep:
                     next_sweep = now + self._settings.sweep_seconds
                     sweep(self._settings, self._database, self._dispatcher)
+                    self.prune()
             except Exception:  # the thread must outlive any outage
                 log.exception("keeper failed, tries again")
 
@@ -55,6 +57,11 @@ class Keeper(threading.Thread):
         if messages:
             with self._database.begin() as session:
                 renew_leases(session, messages, until=time.time() + self._settings.lease_seconds)
+
+    def prune(self) -> None:
+        """Have freed what is no longer needed, as often as the settings say."""
+        parts = plan_pruning_if_due(self._database, self._settings, now=time.time())
+        self._dispatcher.send(parts)
 
     def stop(self) -> None:
         """End the thread soon."""
