@@ -3,7 +3,7 @@
 from dataclasses import replace
 
 import numpy as np
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from numpy.testing import assert_array_equal
@@ -32,6 +32,7 @@ def rows_of(dimension: int, n: int, seed: int) -> Float32Array:
     return rng.gamma(0.5, size=(n, dimension)).astype(np.float32)
 
 
+@settings(max_examples=60, deadline=None)
 @given(
     row=arrays(np.float32, 12, elements=st.floats(0.0, 1e6, width=32)),
     channel=st.sampled_from([HEAT, DNA, COMMUTE, LOCAL]),
@@ -46,6 +47,7 @@ def test_equal_vectors_differ_in_nothing(
     assert channel.compare(vector, rows, dissimilarity=asked).tolist() == [0.0, 0.0]
 
 
+@settings(max_examples=60, deadline=None)
 @given(seed=SEEDS, power=POWERS)
 def test_the_fused_distance_of_metrics_is_a_metric(seed: int, power: float) -> None:
     model = replace(METRICS, fusion_power=power)
@@ -59,6 +61,7 @@ def test_the_fused_distance_of_metrics_is_a_metric(seed: int, power: float) -> N
     assert np.all(matrix <= detours.min(axis=1) + slack)
 
 
+@settings(max_examples=60, deadline=None)
 @given(seed=SEEDS, n=st.integers(1, 40), depth=st.integers(1, 12), limit=st.integers(1, 50))
 def test_a_ranking_does_not_depend_on_the_order_of_rows(
     seed: int, n: int, depth: int, limit: int
@@ -80,6 +83,7 @@ def test_a_ranking_does_not_depend_on_the_order_of_rows(
     assert len(expected) == min(limit, n)
 
 
+@settings(max_examples=60, deadline=None)
 @given(seed=SEEDS, power=POWERS, factor=st.floats(1.0, 1e9))
 def test_no_channel_takes_a_row_farther_than_its_largest_term(
     seed: int, power: float, factor: float

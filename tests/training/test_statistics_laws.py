@@ -4,7 +4,7 @@ from functools import reduce
 from operator import add
 
 import numpy as np
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose
 
@@ -27,6 +27,7 @@ def some_moments(rng: np.random.Generator) -> ShapeMoments:
     )
 
 
+@settings(max_examples=60, deadline=None)
 @given(seed=SEEDS, sizes=st.lists(st.integers(1, 4), min_size=1, max_size=4))
 def test_statistics_of_a_union_are_the_sum(seed: int, sizes: list[int]) -> None:
     """However the pairs of a class are divided: negatives are those to the other class alone."""
