@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping
 from functools import partial
 from hashlib import sha256
 
+import structlog
 from sqlalchemy import select
 
 from tests.pipeline.uploads import Upload, potato
@@ -34,7 +35,7 @@ from workers.storage.collections import (
 )
 from workers.storage.database import Database
 from workers.storage.descriptors import get_query_vector, get_vector
-from workers.storage.jobs import create_job, get_job
+from workers.storage.jobs import cancel_job, create_job, get_job, retry_job
 from workers.storage.models import Part, Shape
 from workers.storage.parts import Claim
 from workers.storage.shapes import ShapeView, delete_shape, get_shape, page_of_shapes
@@ -249,6 +250,62 @@ def test_a_long_archive_is_unpacked_by_several_parts(
     assert kinds.count("unpack") == 4
     assert (found.total, found.done, found.failed) == (9, 9, 8)  # one is there twice
     assert len([error for error in found.errors if error["item"] == "../b.off"]) == 1
+
+
+def test_an_archive_whose_job_was_cancelled_halfway_is_counted_once_after_a_retry(
+    database: Database, blobs: BlobStore, settings: Settings, zoo: str
+) -> None:
+    buffer = io.BytesIO()
+    with zipfile.ZipFile(buffer, "w") as archive:
+        for number in range(4):
+            archive.writestr(f"{number}.off", f"no mesh, number {number}")
+        archive.writestr("../b.off", "refused")
+    data = buffer.getvalue()
+    digest = sha256(data).hexdigest()
+    blobs.put(archive_key(digest), data)
+    with database.begin() as session:
+        row = get_collection(session, zoo)
+        part = unpack_part(row.id, digest, filename="a.zip", label=None, attributes={})
+        job, _ = create_job(session, kind="ingest", unit="shapes", parts=[part])
+    verbs: dict[str, Verb] = {**VERBS, "unpack": partial(unpack, entries_a_part=2)}
+    bench = Workbench(database, blobs, settings, lambda _parts: None)
+    for _ in range(2):  # the archive is divided, and its first two entries are unpacked
+        with database.read() as session:
+            unpacking = select(Part.id).where(Part.kind == "unpack", Part.state == "queued")
+            first = session.scalars(unpacking.order_by(Part.id)).all()[0]
+        run_part(bench, first, message="m", verbs=verbs)
+    with database.begin() as session:
+        cancel_job(session, job.id)
+    with database.begin() as session:
+        retry_job(session, job.id)
+    run_pending(database, blobs, settings, verbs=verbs)
+    with database.read() as session:
+        found = get_job(session, job.id)
+    assert (found.total, found.done, found.failed) == (5, 5, 5)
+    assert sorted(error["item"] for error in found.errors) == [
+        "../b.off", *(f"{number}.off" for number in range(4)),
+    ]  # fmt: skip
+
+
+def test_a_blob_that_cannot_be_deleted_fails_no_part(
+    database: Database, settings: Settings, zoo: str, blobs: BlobStore, upload: Upload
+) -> None:
+    class AwayStore(BlobStore):
+        def delete(self, key: str) -> None:
+            raise OSError(key)
+
+    def end(_bench: Workbench, _claim: Claim) -> Outcome:
+        return Outcome(obsolete=["one", "two"])
+
+    job, _ = upload(zoo, b"a")
+    away = AwayStore(settings.resolved_blob_url)
+    with structlog.testing.capture_logs() as logs:
+        run_pending(database, away, settings, verbs={"ingest": end})
+    assert job_state(database, job) == ("succeeded", 1, 1)
+    assert [(line["event"], line["key"]) for line in logs[:2]] == [
+        ("blob not deleted", "one"),
+        ("blob not deleted", "two"),
+    ]
 
 
 def test_an_archive_without_a_mesh_fails_its_job(

@@ -6,10 +6,14 @@ The order of its locks is job, part, collection, shape, counter.
 
 from collections.abc import Sequence
 
+import structlog
+
 from workers.pipeline.outcome import GoOn, Outcome
 from workers.pipeline.workbench import Workbench
 from workers.storage.models import Part, Shape
 from workers.storage.parts import Claim, Failure, finish_part, hold_lease, item_of
+
+log = structlog.get_logger(__name__)
 
 
 def commit(bench: Workbench, claim: Claim, outcome: Outcome) -> None:
@@ -42,7 +46,10 @@ def commit(bench: Workbench, claim: Claim, outcome: Outcome) -> None:
     parts, obsolete = ended
     bench.send(parts)
     for key in obsolete:
-        bench.blobs.delete(key)
+        try:
+            bench.blobs.delete(key)
+        except OSError as error:  # the part has ended: a store that is away fails nothing
+            log.warning("blob not deleted", key=key, error=str(error)[:200])
 
 
 def commit_failure(bench: Workbench, claim: Claim, kind: str, detail: str) -> None:
