@@ -22,9 +22,10 @@ from sqlalchemy import event
 from workers.logs import configure_logs
 from workers.pipeline.plans import ingest_part
 from workers.settings import Settings
-from workers.storage.blobs import BlobStore, mesh_key, sync_path
+from workers.storage.blobs import BlobStore, mesh_key
 from workers.storage.collections import create_collection, get_collection
 from workers.storage.database import Database
+from workers.storage.durable_folder import sync_path
 from workers.storage.jobs import create_job
 from workers.storage.migrate import migrate
 from workers.storage.shapes import NewShape, create_shape

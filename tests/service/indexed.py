@@ -7,7 +7,7 @@ from service.search.index import Snapshot
 from workers.storage.arrays import vector_to_bytes
 from workers.storage.collections import create_collection
 from workers.storage.database import Database
-from workers.storage.descriptors import forget_shapes, store_descriptors
+from workers.storage.descriptors import mark_deleted, store_descriptors
 from workers.storage.identifiers import new_id
 
 DIMENSION = 5
@@ -31,7 +31,7 @@ def store(database: Database, identity: Identity, rows: Rows) -> None:
 def forget(database: Database, ids: list[str]) -> None:
     """Delete the descriptors of shapes in one transaction."""
     with database.begin() as session:
-        forget_shapes(session, ids)
+        mark_deleted(session, ids)
 
 
 def vector_of(values: object) -> bytes:

@@ -9,7 +9,8 @@ from pathlib import Path
 import pytest
 
 from workers.errors import BlobNotFoundError
-from workers.storage.blobs import BlobStore, StoredBlob, sync_path
+from workers.storage.blobs import BlobStore, StoredBlob
+from workers.storage.durable_folder import sync_path
 
 
 @pytest.fixture(params=["file", "memory"])

@@ -14,8 +14,8 @@ from workers.storage.change_feed import (
 )
 from workers.storage.database import Database
 from workers.storage.descriptors import (
-    forget_shapes,
     get_vector,
+    mark_deleted,
     store_descriptors,
     undescribed_shapes,
 )
@@ -100,7 +100,7 @@ def test_undescribed_are_those_found_now_but_not_under_the_other_model(
         store_descriptors(session, zoo.id, [(s, "heat", b"1234") for s in (both, old)])
         store_descriptors(session, zoo.id, [(both, "commute-time", b"1234")])
         assert undescribed_shapes(session, zoo, "commute-time", with_failed=True) == [old]
-        forget_shapes(session, [both])
+        mark_deleted(session, [both])
         assert undescribed_shapes(session, zoo, "commute-time", with_failed=True) == [old]
 
 
@@ -144,7 +144,7 @@ def test_a_descriptor_that_is_there_again_is_no_deletion(database: Database) -> 
         zoo = make_collection(session)
         shape = make_shape(session, zoo, 1)
         store_descriptors(session, zoo.id, [(shape, "heat", b"1234")])
-        forget_shapes(session, [shape])
+        mark_deleted(session, [shape])
         store_descriptors(session, zoo.id, [(shape, "heat", b"1234")])
         assert prune_deletions(session, time.time() + 1, limit=10) == 0
     assert feed(database, zoo.id) == [(shape, b"1234")]

@@ -7,14 +7,14 @@ from tests.storage.rows import make_collection, make_shape
 from workers.errors import EvaluationNotFoundError, InvalidRequestError
 from workers.settings import LIGHT
 from workers.storage.database import Database
-from workers.storage.descriptors import described_shapes, forget_shapes, store_descriptors
+from workers.storage.descriptors import described_shapes, mark_deleted, store_descriptors
 from workers.storage.evaluations import (
     create_evaluation,
     finish_evaluation,
     get_evaluation,
+    group_shapes,
     page_of_evaluations,
     rename_in_evaluations,
-    take_census,
 )
 from workers.storage.identifiers import new_id
 from workers.storage.jobs import NewPart, cancel_job, create_job
@@ -113,14 +113,14 @@ def test_the_census_parts_what_can_be_compared_from_what_cannot(database: Databa
             session.get_one(Shape, failed).error = {"type": "invalid-mesh", "detail": "no faces"}
         make_shape(session, other, 9)
     with database.read() as session:
-        census = take_census(session, zoo)
-        assert [shape.id for shape in census.ready] == ids[:2]
-        assert [shape.label for shape in census.ready] == ["label0", "label1"]
-        assert [shape.id for shape in census.failed] == ids[2:3]
-        assert (census.unfinished, census.unpacking) == (1, 0)
+        grouped = group_shapes(session, zoo)
+        assert [shape.id for shape in grouped.ready] == ids[:2]
+        assert [shape.label for shape in grouped.ready] == ["label0", "label1"]
+        assert [shape.id for shape in grouped.failed] == ids[2:3]
+        assert (grouped.unfinished, grouped.unpacking) == (1, 0)
         assert described_shapes(session, zoo.id, "heat") == set(ids[:2])
         assert described_shapes(session, zoo.id, "biharmonic") == {ids[0]}
     with database.begin() as session:
-        forget_shapes(session, [ids[0]])
+        mark_deleted(session, [ids[0]])
     with database.read() as session:
         assert described_shapes(session, zoo.id, "heat") == {ids[1]}

@@ -115,7 +115,7 @@ def make_fleet(folder: Path, database_url: str, broker_url: str, **options: Any)
             create_collection(session, name=name, description="", model="heat")
     dispatcher = Dispatcher(settings)
     yield Fleet(settings, database, BlobStore(settings.resolved_blob_url), dispatcher)
-    dispatcher.forget_queues()
+    dispatcher.drop_messages()
     dispatcher.close()
     database.dispose()
 
@@ -131,7 +131,7 @@ def test_what_is_sent_is_done(fleet: Fleet) -> None:
 def test_a_broker_that_forgets_everything_loses_nothing(fleet: Fleet) -> None:
     shapes = fleet.upload(*(potato(n) for n in range(4)))
     fleet.send_all()
-    fleet.dispatcher.forget_queues()
+    fleet.dispatcher.drop_messages()
     assert fleet.dispatcher.waiting("ingest") == 0
     with fleet.worker():
         fleet.wait_until(fleet.all_ended)
@@ -145,7 +145,7 @@ def test_a_backlog_is_not_sent_twice(fleet: Fleet) -> None:
     time.sleep(0.01)
     assert sweep(impatient, fleet.database, fleet.dispatcher) == 0
     assert fleet.dispatcher.waiting("ingest") == 3
-    fleet.dispatcher.forget_queues()
+    fleet.dispatcher.drop_messages()
     assert sweep(impatient, fleet.database, fleet.dispatcher) == 3
 
 

@@ -13,7 +13,7 @@ from workers.retrieval.protocol import EvaluatedShape, LeftOut, Protocol, make_p
 from workers.storage.blobs import BlobStore, frame_key
 from workers.storage.collections import get_collection
 from workers.storage.descriptors import undescribed_shapes
-from workers.storage.evaluations import create_evaluation, take_census
+from workers.storage.evaluations import create_evaluation, group_shapes
 from workers.storage.jobs import create_job
 from workers.storage.models import Evaluation, Job, Part
 from workers.storage.trained_models import load_model
@@ -96,15 +96,15 @@ def frame_to_evaluate(session: Session, request: EvaluationRequest) -> Frame:
         model = load_model(session, name)
         if request.dissimilarity:
             model.check_dissimilarity(request.dissimilarity)
-    census = take_census(session, collection)
-    if census.unfinished or census.unpacking:
+    grouped = group_shapes(session, collection)
+    if grouped.unfinished or grouped.unpacking:
         raise ShapeNotReadyError(
-            f"{census.unfinished} shapes of collection {collection.name!r} are still being "
-            f"computed and {census.unpacking} archives unpacked, expected none; evaluate when "
+            f"{grouped.unfinished} shapes of collection {collection.name!r} are still being "
+            f"computed and {grouped.unpacking} archives unpacked, expected none; evaluate when "
             "their jobs have ended"
         )
-    failed = tuple(LeftOut(shape.id, shape.name, FAILED) for shape in census.failed)
-    frame = Frame(census.ready, failed)
+    failed = tuple(LeftOut(shape.id, shape.name, FAILED) for shape in grouped.failed)
+    frame = Frame(grouped.ready, failed)
     make_protocol(frame.shapes)
     return frame
 

@@ -5,10 +5,6 @@ ever becomes part of a path. What is stored in a folder survives a power cut onc
 returned; what is stored elsewhere is as safe as that store says.
 """
 
-import contextlib
-import os
-import shutil
-import uuid
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from datetime import datetime
@@ -16,8 +12,10 @@ from pathlib import Path
 from typing import Any
 
 import fsspec
+from fsspec.implementations.local import LocalFileSystem
 
 from workers.errors import BlobNotFoundError
+from workers.storage.durable_folder import DurableFolder, sync_path
 
 MESHES, ARCHIVES, CLEANED, THUMBNAILS = "meshes", "archives", "cleaned", "thumbnails"
 SPECTRA, EVALUATIONS = "spectra", "evaluations"
@@ -108,6 +106,7 @@ def frame_key(evaluation_id: str, digest: str) -> str:
     Parameters
     ----------
     evaluation_id : str
+        Id of the evaluation.
     digest : str
         Of the shapes.
 
@@ -124,6 +123,7 @@ def ranking_key(evaluation_id: str, digest: str, number: int, start: int) -> str
     Parameters
     ----------
     evaluation_id : str
+        Id of the evaluation.
     digest : str
         Of the shapes that are compared.
     number : int
@@ -144,6 +144,7 @@ def training_key(kind: str, digest: str) -> str:
     Parameters
     ----------
     kind : {"pair", "variant"}
+        Of which it is kept.
     digest : str
         Of all that it depends on.
 
@@ -160,6 +161,7 @@ def failure_key(kind: str, digest: str) -> str:
     Parameters
     ----------
     kind : {"pair", "variant"}
+        Of which it is kept.
     digest : str
         Of all that it depends on.
 
@@ -168,26 +170,6 @@ def failure_key(kind: str, digest: str) -> str:
     ``pairs/ab/abcd….failure.json`` or ``variants/ab/abcd….failure.json``
     """
     return f"{kind}s/{digest[:2]}/{digest}.failure.json"
-
-
-def sync_path(path: Path) -> None:
-    """Wait until a file's bytes, or a folder's entries, are on the disk.
-
-    Parameters
-    ----------
-    path : Path
-        A file or a folder.
-
-    Raises
-    ------
-    OSError
-        It cannot be opened or synchronised.
-    """
-    descriptor = os.open(path, os.O_RDONLY)
-    try:
-        os.fsync(descriptor)
-    finally:
-        os.close(descriptor)
 
 
 @dataclass(frozen=True)
@@ -222,9 +204,8 @@ class BlobStore:
     def __init__(self, url: str, *, sync: Callable[[Path], None] = sync_path) -> None:
         self._files, root = fsspec.core.url_to_fs(url)
         self._root: str = root.rstrip("/")
-        self._local = "file" in _protocols(self._files)
-        self._sync = sync
-        self._durable: set[Path] = set()  # folders whose own entries were synchronised
+        local = isinstance(self._files, LocalFileSystem)
+        self._folder = DurableFolder(Path(self._root), sync) if local else None
 
     def put(self, key: str, data: bytes) -> None:
         """Store these bytes, replacing what was there; its age starts anew.
@@ -234,19 +215,12 @@ class BlobStore:
         key : str
             Made by a function of this module.
         data : bytes
-
-        Raises
-        ------
-        OSError
-            They cannot be written.
+            What is stored.
         """
-        if not self._local:
+        if self._folder is None:
             self._files.pipe_file(self._path(key), data)
-            return
-        target = Path(self._path(key))
-        partial = self._partial(target)
-        partial.write_bytes(data)
-        self._replace(partial, target)
+        else:
+            self._folder.write(key, data)
 
     def put_file(self, key: str, source: Path) -> None:
         """Store a file's bytes, replacing what was there; its age starts anew.
@@ -258,23 +232,11 @@ class BlobStore:
         source : Path
             It stays where it is. On the same disk it may share its bytes with the blob, so it
             must not be written to afterwards.
-
-        Raises
-        ------
-        OSError
-            The bytes cannot be read or written.
         """
-        if not self._local:
+        if self._folder is None:
             self._files.put_file(str(source), self._path(key))
-            return
-        target = Path(self._path(key))
-        partial = self._partial(target)
-        try:
-            os.link(source, partial)
-        except OSError:  # another disk, or one without links
-            shutil.copyfile(source, partial)
-        os.utime(partial)
-        self._replace(partial, target)
+        else:
+            self._folder.write_file(key, source)
 
     def get(self, key: str) -> bytes:
         """Return the bytes under this key.
@@ -282,6 +244,7 @@ class BlobStore:
         Parameters
         ----------
         key : str
+            Made by a function of this module.
 
         Returns
         -------
@@ -304,6 +267,7 @@ class BlobStore:
         Parameters
         ----------
         key : str
+            Made by a function of this module.
         target : Path
             The file; what was in it is replaced.
 
@@ -323,6 +287,7 @@ class BlobStore:
         Parameters
         ----------
         key : str
+            Made by a function of this module.
 
         Returns
         -------
@@ -336,6 +301,7 @@ class BlobStore:
         Parameters
         ----------
         key : str
+            Made by a function of this module.
         """
         try:
             self._files.rm_file(self._path(key))
@@ -343,16 +309,15 @@ class BlobStore:
             return
 
     def remove_folder(self, prefix: str) -> None:
-        """Remove a folder that holds nothing; one that holds something stays.
+        """Remove a folder on disk if it is empty; other stores have none beside their blobs.
 
         Parameters
         ----------
         prefix : str
-            Of keys; stores other than a disk have no folders beside their blobs.
+            Of the keys.
         """
-        if self._local:
-            with contextlib.suppress(OSError):
-                Path(self._path(prefix)).rmdir()
+        if self._folder is not None:
+            self._folder.remove(prefix)
 
     def info(self, key: str) -> StoredBlob | None:
         """Return size and age of a blob as they are now.
@@ -360,6 +325,7 @@ class BlobStore:
         Parameters
         ----------
         key : str
+            Made by a function of this module.
 
         Returns
         -------
@@ -400,26 +366,15 @@ class BlobStore:
         ------
         Each blob, in the order of keys.
         """
-        if self._local:
-            yield from self._files_in(Path(self._path(prefix)))
+        if self._folder is not None:
+            for path, state in self._folder.files(prefix):
+                yield StoredBlob(self._key(path), state.st_size, state.st_mtime)
             return
         for entry in sorted(self._entries(prefix), key=lambda entry: str(entry["name"])):
             if entry["type"] == "file":
                 path = entry["name"]
                 modified = self._modified(path, entry)
                 yield StoredBlob(self._key(path), int(entry["size"] or 0), modified)
-
-    def _files_in(self, folder: Path) -> Iterator[StoredBlob]:
-        """List the files of a folder on disk: several times as fast as through fsspec."""
-        try:
-            entries = sorted(os.scandir(folder), key=lambda entry: entry.name)
-        except FileNotFoundError:
-            return
-        for entry in entries:
-            with contextlib.suppress(FileNotFoundError):  # it was deleted since
-                if entry.is_file(follow_symlinks=False):
-                    state = entry.stat(follow_symlinks=False)
-                    yield StoredBlob(self._key(entry.path), state.st_size, state.st_mtime)
 
     def _entries(self, prefix: str) -> list[dict[str, Any]]:
         self._files.invalidate_cache()
@@ -444,34 +399,3 @@ class BlobStore:
 
     def _key(self, path: str) -> str:
         return path.removeprefix(f"{self._root}/").removeprefix(f"{self._root.lstrip('/')}/")
-
-    def _partial(self, target: Path) -> Path:
-        """Return the name of a new file beside the target, in a folder that a power cut spares."""
-        self._make_folder(target.parent)
-        return target.with_name(f".{target.name}.{uuid.uuid4().hex}")
-
-    def _replace(self, partial: Path, target: Path) -> None:
-        """Give a file its name, so that after a power cut it has it, with all its bytes."""
-        self._sync(partial)
-        os.replace(partial, target)
-        self._sync(target.parent)
-
-    def _make_folder(self, folder: Path) -> None:
-        """Make a folder and those above it.
-
-        Each folder's entry is synchronised at its first use in this process, whoever made it:
-        another process may have made it just now, and not be as far yet.
-        """
-        root = Path(self._root)
-        if folder.is_dir() and (folder in self._durable or not folder.is_relative_to(root)):
-            return
-        self._make_folder(folder.parent)
-        folder.mkdir(exist_ok=True)
-        if os.access(folder.parent, os.R_OK):  # else it is not ours, nor is what stands in it
-            self._sync(folder.parent)
-        self._durable.add(folder)
-
-
-def _protocols(files: Any) -> tuple[str, ...]:
-    protocol = files.protocol
-    return (protocol,) if isinstance(protocol, str) else tuple(protocol)

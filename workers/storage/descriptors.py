@@ -42,7 +42,7 @@ def store_descriptors(
             )
 
 
-def forget_shapes(session: Session, shape_ids: Sequence[str]) -> None:
+def mark_deleted(session: Session, shape_ids: Sequence[str]) -> None:
     """Turn the descriptors of deleted shapes into rows of the change feed that say so.
 
     Parameters

@@ -27,7 +27,7 @@ class EvaluationView:
 
 
 @dataclass(frozen=True)
-class Census:
+class GroupedShapes:
     """The shapes of a collection by what became of them.
 
     Attributes
@@ -47,7 +47,7 @@ class Census:
     unpacking: int
 
 
-def take_census(session: Session, collection: Collection) -> Census:
+def group_shapes(session: Session, collection: Collection) -> GroupedShapes:
     """Read what the shapes of a collection are called, and which of them can be compared.
 
     Parameters
@@ -79,7 +79,7 @@ def take_census(session: Session, collection: Collection) -> Census:
         .join(Job, Job.id == Part.job_id)
         .where(Part.kind == "unpack", Part.state.in_(OPEN), Job.collection == collection.name)
     )
-    return Census(
+    return GroupedShapes(
         ready=tuple(found["ready"]),
         failed=tuple(found["failed"]),
         unfinished=len(found["unfinished"]),

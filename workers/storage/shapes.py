@@ -14,7 +14,7 @@ from sqlalchemy.dialects import postgresql, sqlite
 from sqlalchemy.orm import Session
 
 from workers.errors import ShapeNotFoundError
-from workers.storage.descriptors import forget_shapes, is_described
+from workers.storage.descriptors import is_described, mark_deleted
 from workers.storage.identifiers import new_id
 from workers.storage.models import Collection, Part, Shape
 from workers.storage.paging import Page, cut_page, decode_cursor
@@ -210,7 +210,7 @@ def delete_shape(session: Session, shape_id: str) -> None:
         raise ShapeNotFoundError(f"there is no shape {shape_id!r}")
     session.delete(shape)
     session.flush()
-    forget_shapes(session, [shape_id])
+    mark_deleted(session, [shape_id])
 
 
 def _views() -> Any:

@@ -72,7 +72,7 @@ class Dispatcher:
             log.debug("broker does not answer", error=str(error)[:200])
             return None
 
-    def forget_queues(self) -> None:
+    def drop_messages(self) -> None:
         """Drop all messages that wait; the sweeper sends their parts again."""
         with self._celery.connection_for_write() as connection:
             for queue in QUEUES:
