@@ -32,7 +32,7 @@ def query(
     session: Session,
     mesh: Annotated[
         Path | None,
-        typer.Argument(exists=True, dir_okay=False, metavar="[MESH]", help="A mesh file."),
+        typer.Argument(exists=True, dir_okay=False, metavar="MESH", help="A mesh file."),
     ] = None,
     shape: Annotated[
         str, typer.Option("--shape", help="Id of a stored shape, instead of a mesh.")

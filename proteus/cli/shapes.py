@@ -95,7 +95,8 @@ def show_shape(session: Session, identifier: IdArgument) -> None:
 @app.command("delete")
 @connected
 def delete_shapes(
-    session: Session, identifiers: Annotated[list[str], typer.Argument(metavar="ID...")]
+    session: Session,
+    identifiers: Annotated[list[str], typer.Argument(metavar="ID", help="Ids of shapes.")],
 ) -> None:
     """Delete shapes."""
     for identifier in identifiers:

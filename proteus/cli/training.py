@@ -50,7 +50,7 @@ def train(
         typer.Option(
             "--transformation",
             "-t",
-            help="Transformation to learn. Repeatable. Default: paper, the paper's eleven.",
+            help="What to be invariant to. Repeatable. Default: paper, the paper's eleven.",
         ),
     ] = None,
     strengths: Annotated[

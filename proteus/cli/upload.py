@@ -19,7 +19,7 @@ def upload(
     session: Session,
     paths: Annotated[
         list[Path],
-        typer.Argument(exists=True, metavar="PATHS...", help="Meshes, zip archives and folders."),
+        typer.Argument(exists=True, metavar="PATH", help="Meshes, zip archives and folders."),
     ],
     collection: Annotated[
         str, typer.Option("--collection", "-c", help="Made if it is missing.")
