@@ -16,6 +16,7 @@ Point = Sequence[float] | FloatArray
 
 _MIRROR = np.array([1.0, 1.0, -1.0])
 _SIDES = ("left", "right")
+# Chosen, not measured.
 _THIN = 0.4  # ratio below which a limb is a fin
 _X, _Y, _Z = np.eye(3)
 X, Y, Z = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)

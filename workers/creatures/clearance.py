@@ -6,6 +6,7 @@ from workers.creatures.skeleton import Skeleton
 from workers.creatures.skinning import blend
 from workers.geometry.arrays import BoolArray, FloatArray
 
+# Chosen, not measured.
 _LEAST = 0.35  # share of the gap at rest that must stay, or of the radii where that is smaller
 
 

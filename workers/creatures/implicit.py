@@ -16,6 +16,7 @@ from workers.geometry.arrays import FloatArray, IntArray
 from workers.geometry.mesh import TriangleMesh
 from workers.geometry.topology import euler_characteristic, vertex_components
 
+# Chosen, not measured.
 _ATTEMPTS = 6  # to meet the number of vertices, on a grid that keeps limbs apart
 _FAR = 8.0  # softnesses from a group beyond which it is not felt: exp(-8) = 0.0003
 _AWAY = 0.12  # grid spacings that the surface keeps from grid points, against slivers

@@ -26,6 +26,7 @@ CREATURES_VERSION = "1"
 """Part of the key of what is stored of creatures: raised when the same seeds give other bytes."""
 
 FEWEST_VERTICES, MOST_VERTICES = 2_000, 20_000
+# Chosen, not measured.
 _WIDE, _TRIES = 1.8, 20  # factor on the angles of poses in which limbs meet, and how many are tried
 _ATTEMPTS = 10  # to bring limbs apart that run into each other,
 _CALMER = 0.65  # each time by this factor on the angles that are to blame

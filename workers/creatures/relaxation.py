@@ -12,6 +12,7 @@ from workers.geometry.normals import vertex_normals
 
 Field = Callable[[FloatArray], FloatArray]
 
+# Chosen, not measured.
 _ROUNDS = 2
 _STEPS = 6  # of sliding a round
 

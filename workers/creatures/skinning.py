@@ -11,8 +11,9 @@ from workers.geometry.elements import LAST, NEXT, corner_cotangents, lumped_area
 from workers.geometry.factorisation import SymmetricFactor
 from workers.geometry.mesh import TriangleMesh
 
+# Chosen, not measured.
 _WIDTH = 0.55  # of the transition between two bones, in radii of the flesh there
-_COTANGENTS = (0.05, 20.0)  # held within: no needle decides
+_COTANGENTS = (0.05, 20.0)  # held within: all positive, none dominates
 _CONTRAST = 0.15  # radii by which a capsule must be nearer to be the only one that counts
 
 

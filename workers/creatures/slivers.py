@@ -5,6 +5,7 @@ import numpy as np
 from workers.geometry.arrays import FloatArray, IntArray
 from workers.geometry.mesh import TriangleMesh
 
+# Chosen, not measured.
 _POOR = 0.2  # quality below which a triangle goes
 _ROUNDS = 4
 

@@ -4,6 +4,7 @@ from workers.creatures.individual import MOST_VERTICES, Creature, make_creature
 from workers.geometry.mesh import TriangleMesh
 from workers.transformations.resampling import decimated
 
+# Both as measured by `python -m benchmarks.triangles` (decision 0012).
 FINER = 4  # times as many vertices, before they are collapsed
 BY_ERROR = 3.0  # how fast the error allowed grows: slowly, so that the smallest errors go first
 

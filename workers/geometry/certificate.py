@@ -52,8 +52,8 @@ def is_certified(
     """Whether the inertia in a gap at the k-th eigenvalue equals the number found below it.
 
     By Sylvester's law of inertia the negative pivots of S - τI count the eigenvalues below τ. A
-    rounding error E of the factor moves an eigenvalue by φᵀEφ, at most about its relative size
-    times the trace of W; τ must be farther than that from both ends of its gap.
+    rounding error E of the factor moves an eigenvalue by φᵀEφ. That is at most about the relative
+    size of E times the trace of W. τ must be farther than that from both ends of its gap.
 
     Parameters
     ----------

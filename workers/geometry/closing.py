@@ -1,7 +1,8 @@
 """Open surfaces are closed: short boundary loops by caps, sheets by their own mirror image.
 
-Holes are the largest single loss in retrieval. What tells a hole from the rim of a scan is how long
-it is: lengths along the surface do not change with the pose, the shape of a loop in space does.
+Holes are the largest single loss in retrieval. A hole differs from the rim of a scan by its length.
+Lengths along the surface do not change with the pose; the shape of a loop in space does (decision
+0008).
 """
 
 import math
@@ -14,17 +15,31 @@ from workers.geometry.mesh import TriangleMesh
 from workers.geometry.topology import boundary_edges, boundary_loops
 
 RING_SPACING = np.sqrt(0.75)  # height of an equilateral triangle of edge 1
+
+# Chosen, not measured; tests/geometry/test_closing.py bounds the triangles that come of them.
 INNERMOST_RADIUS = 0.7  # in edges; the ring within is the centre itself
 ALWAYS_UNIFORM = 36  # loops of at most so many edges: their caps are small
-TIE = 2.0**-30  # of the way round a loop: nearer vertices count as side by side
+TIE = 2.0**-30  # of the way round a loop: nearer vertices count as side by side, despite rounding
 GROWTH = 1.2  # of the edges from ring to ring where a uniform cap would be too large
 
 
 def relative_length(mesh: TriangleMesh, loop: IntArray) -> float:
-    """p² / A of a boundary loop (l,) of perimeter p on a surface of area A; without unit.
+    """p² / A of a boundary loop of perimeter p on a surface of area A.
 
-    4π for the rim of a flat disc, 16 for that of a square; discs punched out of a body have up to
-    1, several that ran together up to about 15, outlines of what is seen from one side 90 and more.
+    4π for the rim of a flat disc, 16 for that of a square. Decision 0008 has it for holes, rims of
+    masks, and outlines of what is seen from one side.
+
+    Parameters
+    ----------
+    mesh : TriangleMesh
+        Of any topology.
+    loop : (l,) int64
+        Vertex indices along the loop.
+
+    Returns
+    -------
+    float
+        Without unit, and the same in every pose.
     """
     points = mesh.vertices[loop]
     perimeter = np.linalg.norm(np.roll(points, -1, axis=0) - points, axis=1).sum()
@@ -53,14 +68,17 @@ def close_loops(mesh: TriangleMesh, *, longest: float) -> TriangleMesh:
     rim = boundary_edges(mesh)
     if len(rim) == 0:
         return mesh
+    # Where a loop begins decides how its cap is cut. In canonical order copies begin alike.
     order = canonical_order(mesh, canonical_frame(mesh))
     loops = [order[loop] for loop in boundary_loops(reordered(mesh, order))]
+    # A loop around one triangle is its rim: a cap would be that triangle again.
     lone = _triangles_on(mesh, np.unique(rim))
     closed = [
         loop
         for loop in loops
         if relative_length(mesh, loop) <= longest and tuple(sorted(loop.tolist())) not in lone
     ]
+    # The mesh comes first, so that its vertices and faces keep their numbers; then cap after cap.
     vertices, faces = [mesh.vertices], [mesh.faces]
     n_vertices = mesh.n_vertices
     longest_uniform = _longest_uniform(mesh.n_vertices, closed)
@@ -77,20 +95,33 @@ def close_loops(mesh: TriangleMesh, *, longest: float) -> TriangleMesh:
 def double(mesh: TriangleMesh, *, longest: float) -> TriangleMesh:
     """Sheet with its mirror image glued on along the boundary, at the same places.
 
-    A sheet has a loop whose `relative_length` is above ``longest``; any other mesh is returned as
-    it is, a body with the pinholes that simplification may leave among them. What is seen of a
-    body from one side is a sheet, whose eigenfunctions are those of the body that are even from
-    front to back; on the doubled sheet the odd ones are there too. The image is wound the other
-    way, without the faces all of whose corners are on the boundary. The vertices and faces of the
-    mesh stay the first ones.
+    A sheet has a loop whose `relative_length` is above ``longest``. Any other mesh is returned as
+    it is, also a body with the pinholes that simplification may leave. What is seen of a body from
+    one side is a sheet. Its eigenfunctions are those of the body that are even from front to back;
+    the doubled sheet has the odd ones too (decision 0008).
+
+    Parameters
+    ----------
+    mesh : TriangleMesh
+        Clean.
+    longest : float
+        Largest `relative_length` of a loop of a body.
+
+    Returns
+    -------
+    TriangleMesh
+        The vertices and faces of the mesh stay the first ones. The image is wound the other way,
+        and lacks the faces all of whose corners are on the boundary.
     """
     rim = np.unique(boundary_edges(mesh))
     lengths = [relative_length(mesh, loop) for loop in boundary_loops(mesh)]
     if max(lengths, default=0.0) <= longest:
         return mesh
+    # The image shares the vertices of the rim and has copies of all others.
     image = np.arange(mesh.n_vertices)
     inner = np.setdiff1d(image, rim)
     image[inner] = mesh.n_vertices + np.arange(len(inner))
+    # A face whose corners are all on the rim would come twice on the same vertices: left out.
     doubled = ~np.isin(mesh.faces, rim).all(axis=1)  # (m,)
     faces = image[mesh.faces[doubled]][:, ::-1]
     vertices = np.concatenate([mesh.vertices, mesh.vertices[inner]])
@@ -118,6 +149,8 @@ def cap(points: FloatArray, *, growth: float = 1.0) -> tuple[FloatArray, IntArra
     n_points = len(points)
     if n_points == 3:
         return np.zeros((0, 3)), np.array([[2, 1, 0]])
+    # Places on the loop run from 0 to 1 by length. Centre and radius weigh points by length, too,
+    # so that a loop with some short edges has the same centre as one without.
     sides = np.linalg.norm(np.roll(points, -1, axis=0) - points, axis=1)  # (l,)
     perimeter = float(sides.sum())
     at = np.concatenate([[0.0], np.cumsum(sides)]) / perimeter  # (l + 1,), the last is 1
@@ -126,6 +159,8 @@ def cap(points: FloatArray, *, growth: float = 1.0) -> tuple[FloatArray, IntArra
     radius = float(weights @ np.linalg.norm(points - centre, axis=1))
     around = np.concatenate([points, points[:1]]) - centre  # (l + 1, 3)
 
+    # Rings from the loop inwards: shrunken copies of it, each one triangle's height nearer to the
+    # centre, with as many evenly spaced vertices as make edges of the wanted length.
     edge = perimeter / n_points
     left = radius - RING_SPACING * edge
     outer_start, outer_at, n_vertices = 0, at[:-1], n_points
@@ -133,6 +168,7 @@ def cap(points: FloatArray, *, growth: float = 1.0) -> tuple[FloatArray, IntArra
     while left >= INNERMOST_RADIUS * edge:
         edge *= growth
         shrink = left / radius
+        # TIE keeps a copy whose rounding differs from another number of vertices.
         count = max(4, math.floor(perimeter * shrink / edge + 0.5 + TIE))
         ring_at = np.arange(count) / count
         ring = np.stack([np.interp(ring_at, at, around[:, axis]) for axis in range(3)], axis=1)
@@ -141,6 +177,7 @@ def cap(points: FloatArray, *, growth: float = 1.0) -> tuple[FloatArray, IntArra
         outer_start, outer_at = n_vertices, ring_at
         n_vertices += count
         left -= RING_SPACING * edge
+    # The innermost ring is joined to the centre.
     last = outer_start + np.arange(len(outer_at))
     fan = np.stack([np.roll(last, -1), last, np.full(len(last), n_vertices)], axis=1)
     return np.concatenate([*inner, centre[None]]), np.concatenate([*triangles, fan])
@@ -154,6 +191,7 @@ def _band(
     Both rings are walked side by side; whoever has the nearer next vertex steps forward.
     """
     n_outer, n_inner = len(outer_at), len(inner_at)
+    # All steps of both rings in the order of their ends; of two side by side the outer goes first.
     next_at = np.concatenate([outer_at[1:], [1.0], inner_at[1:], [1.0]])
     order = np.argsort(np.rint(next_at / TIE), kind="stable")
     outer_steps = order < n_outer
@@ -163,6 +201,7 @@ def _band(
     inner = inner_start + inner_done % n_inner
     outer_next = outer_start + (outer_done + 1) % n_outer
     inner_next = inner_start + (inner_done + 1) % n_inner
+    # Each step makes a triangle: the edge stepped along, and the vertex where the other ring waits.
     third = np.where(outer_steps, outer_next, inner_next)
     return np.stack([third, outer, inner], axis=1)
 

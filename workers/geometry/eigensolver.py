@@ -139,9 +139,10 @@ def _certified_eigenpairs(
     last_resort: int,
 ) -> tuple[FloatArray, FloatArray]:
     """Try the strategies in turn until one is certified."""
+    # The standard form S = A^-1/2 W A^-1/2 has the same eigenvalues, without products with A.
     roots = np.sqrt(masses)  # (n,) also the zero mode of S
     scaling = sparse.diags_array(1.0 / roots)
-    matrix = sparse.csc_array(scaling @ stiffness @ scaling)  # S = A^-1/2 W A^-1/2
+    matrix = sparse.csc_array(scaling @ stiffness @ scaling)
     for strategy in strategies:
         found = _attempt(matrix, roots, count, strategy)
         if found is not None:
@@ -160,7 +161,7 @@ def _attempt(
 ) -> tuple[FloatArray, FloatArray] | None:
     """Eigenpairs of S by one strategy, certified, or None."""
     n_rows = len(zero_mode)
-    factor = _place_shift(matrix, count, strategy.position)
+    factor = place_shift(matrix, count, strategy.position)
     block = strategy.block or count + 8
     capacity = min(8 * count + 12 * block, n_rows - 2 - 2 * block)
     if factor is None or capacity < count + 2:
@@ -179,6 +180,7 @@ def _attempt(
         process.step()
         if process.size < next_check and not process.is_full:
             continue
+        # A check costs as much as several steps: the next one waits until it may end the search.
         next_check = process.size + max(block, count // 4)
         ritz = process.ritz_pairs()
         candidate = _converged(ritz, factor, count)
@@ -192,12 +194,25 @@ def _attempt(
     return None
 
 
-def _place_shift(matrix: sparse.csc_array, count: int, position: float) -> ShiftedFactor | None:
-    """Factor S - shift I with a part of the wanted eigenvalues below the shift, or none.
+def place_shift(matrix: sparse.csc_array, count: int, position: float) -> ShiftedFactor | None:
+    """Factor S - shift I with a part of the wanted eigenvalues below the shift.
 
     Weyl's law, 4πk at area 1 for the k-th eigenvalue, gives the first shift. Long thin or open
-    surfaces have many more eigenvalues below it, which the inertia tells: it is then moved. A
-    negative position puts it below them all.
+    surfaces have many more eigenvalues below it. The inertia counts them, and the shift is moved.
+
+    Parameters
+    ----------
+    matrix : (n, n) sparse
+        S = A^-1/2 W A^-1/2, at area 1.
+    count : int
+        k, the number of nonzero eigenvalues wanted.
+    position : float
+        About the share of the wanted eigenvalues that lie below the shift; negative for none.
+
+    Returns
+    -------
+    ShiftedFactor or None
+        None where no sound factor with fewer than k eigenvalues below it was found.
     """
     shift = position * 4.0 * np.pi * count
     if position < 0.0:

@@ -11,7 +11,10 @@ from workers.geometry.arrays import FloatArray, IntArray
 Operator = Callable[[FloatArray], FloatArray]
 """Applies a symmetric operator to a block of columns (n, b)."""
 
-_CANCELLATION = 1e-2  # what of a block may be left after a projection that needs no other
+# Chosen, not measured: a projection that leaves more than this of a block loses two digits at most
+# and needs no second one; less than `_EXHAUSTED` is rounding error, and the space is invariant.
+_CANCELLATION = 1e-2
+_EXHAUSTED = 1e-13
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,9 +36,19 @@ class RitzPairs:
     _last: FloatArray  # (b, m): coefficients of T x - value x in the next block
 
     def vectors(self, chosen: IntArray) -> FloatArray:
-        """Unit Ritz vectors (n, c) of the chosen indices, each refined by one application of T.
+        """Unit Ritz vectors, each refined by one application of the operator T.
 
-        ``T x / value`` costs no solve: what x lacks of it lies in the next block of the basis.
+        ``T x / value`` costs no solve: the part that x lacks lies in the next block of the basis.
+
+        Parameters
+        ----------
+        chosen : (c,) int64
+            Indices of the wanted pairs.
+
+        Returns
+        -------
+        (n, c) float64
+            Of length 1.
         """
         weights = np.concatenate(
             [
@@ -51,9 +64,24 @@ class RitzPairs:
 class BlockLanczos:
     """An unrestarted block Lanczos process with full reorthogonalisation.
 
-    Every basis vector is kept orthogonal to all others and to ``deflated``, so that a converged
-    pair is found once and a known one never. In exact arithmetic at most ``b`` copies of a multiple
+    Every basis vector is kept orthogonal to all others and to ``deflated``. So a converged pair is
+    found once and a known one never. In exact arithmetic at most ``block`` copies of a multiple
     eigenvalue can appear: whoever needs all of them must count (see ``eigensolver``).
+
+    Parameters
+    ----------
+    operator : function (n, b) → (n, b)
+        Applies the symmetric operator T to a block of columns.
+    n_rows : int
+        n.
+    block : int
+        b, columns of a block.
+    capacity : int
+        Most basis vectors.
+    deflated : (n, d) float64
+        Orthonormal vectors that the Krylov space keeps away from.
+    rng : Generator
+        Draws the first block, and new directions where the space is exhausted.
     """
 
     def __init__(
@@ -66,7 +94,7 @@ class BlockLanczos:
         deflated: FloatArray,
         rng: np.random.Generator,
     ) -> None:
-        """Start from a random block; ``deflated`` is (n, d) with orthonormal columns."""
+        """Start from a random block."""
         self._operator = operator
         self._block = block
         self._rng = rng
@@ -103,7 +131,13 @@ class BlockLanczos:
         self._projected[begin:end, end : end + self._block] = remainder.T
 
     def ritz_pairs(self) -> RitzPairs:
-        """Rayleigh-Ritz on the present Krylov space."""
+        """Rayleigh-Ritz on the present Krylov space.
+
+        Returns
+        -------
+        RitzPairs
+            As many as the space has dimensions, m.
+        """
         size, block = self.size, self._block
         values, coefficients = scipy.linalg.eigh(self._projected[:size, :size])
         remainder = self._projected[size : size + block, size - block : size]
@@ -122,7 +156,7 @@ class BlockLanczos:
         pivots = np.abs(np.diag(remainder))  # (b,)
         if np.min(pivots) > _CANCELLATION * scale:
             return basis, remainder
-        exhausted = pivots <= 1e-13 * scale
+        exhausted = pivots <= _EXHAUSTED * scale
         if np.any(exhausted):
             fresh = self._rng.standard_normal((len(basis), int(exhausted.sum())))
             fresh -= old @ (old.T @ fresh)

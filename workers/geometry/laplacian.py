@@ -78,5 +78,21 @@ def cotangent_laplacian(corners: FloatArray, faces: IntArray, n_vertices: int) -
 
 
 def mesh_laplacian(mesh: TriangleMesh) -> Laplacian:
-    """`cotangent_laplacian` of a clean mesh in space."""
+    """`cotangent_laplacian` of a clean mesh in space.
+
+    Parameters
+    ----------
+    mesh : TriangleMesh
+        Clean: no zero-area face, no unreferenced vertex.
+
+    Returns
+    -------
+    Laplacian
+        W and A of eq. (8).
+
+    Raises
+    ------
+    InvalidMeshError
+        A face has no area, a number is not finite, or a vertex belongs to no face.
+    """
     return cotangent_laplacian(mesh.vertices[mesh.faces], mesh.faces, mesh.n_vertices)

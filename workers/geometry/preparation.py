@@ -19,11 +19,11 @@ from workers.geometry.spectrum import SOLVER_VERSION
 PREPARATION_VERSION = "3"
 """Part of every view's key: raised when a step gives another mesh than before."""
 
-LONGEST_LOOP = 50.0  # p² / A: longer ones are the rims of sheets, which are doubled
-SMOOTHED_VERTICES = 2500  # nothing finer is left of a smoothed surface
+LONGEST_LOOP = 50.0  # p² / A: longer ones are the rims of sheets, which are doubled: decision 0008
+SMOOTHED_VERTICES = 2500  # nothing finer is left of a smoothed surface: chosen, not measured
 VIEW_NAMES = ("closed", "open", "smooth", "smooth-open", "detailed")
-DETAILED_EIGENPAIRS = 200
-FEWEST_VERTICES = 1000  # a coarser mesh has too few eigenpairs
+DETAILED_EIGENPAIRS = 200  # decision 0015
+FEWEST_VERTICES = 1000  # a coarser mesh has too few eigenpairs: decision 0003
 
 
 _PARAMETERS: Mapping[str, tuple[str, ...]] = MappingProxyType(
@@ -108,7 +108,13 @@ class View:
         return any(step.name in {"fair", "smooth"} for step in self.steps)
 
     def to_json(self) -> dict[str, Any]:
-        """Plain dict, as it is stored with a model."""
+        """Plain dict, as it is stored with a model.
+
+        Returns
+        -------
+        dict
+            Name, steps and eigenpairs; `from_json` reads it.
+        """
         return {
             "name": self.name,
             "steps": [{"name": s.name, "parameters": dict(s.parameters)} for s in self.steps],
@@ -117,7 +123,23 @@ class View:
 
     @classmethod
     def from_json(cls, content: Mapping[str, Any]) -> "View":
-        """View of what `to_json` gave; ``InvalidRequestError`` for anything else."""
+        """View of what `to_json` gave.
+
+        Parameters
+        ----------
+        content : mapping
+            Name, steps and eigenpairs.
+
+        Returns
+        -------
+        View
+            Checked.
+
+        Raises
+        ------
+        InvalidRequestError
+            The content is anything else.
+        """
         try:
             name, eigenpairs = content["name"], content["eigenpairs"]
             steps = tuple(Step(step["name"], step["parameters"]) for step in content["steps"])
@@ -131,27 +153,49 @@ class View:
 CLOSING = Step("cap-holes", {"longest": LONGEST_LOOP})
 DOUBLING = Step("double", {"longest": LONGEST_LOOP})
 FAIRING = Step("fair", {"time": 3e-4})
-"""Averages noise, however large, before areas and angles are believed."""
+"""Averages noise, however large, before areas and angles are used: decision 0011."""
 
 SMOOTHING = Step("smooth", {"time": 3e-4, "steps": 3})
-"""Takes off noise, and then handles and fingers; weaker and stronger was measured to be worse."""
+"""Takes off noise, then handles and fingers; ``benchmarks.view_study`` has a stronger one too."""
 
 
 @dataclass(frozen=True, eq=False)
 class PreparedMesh:
-    """The working mesh of a view, and what the steps had to say."""
+    """The working mesh of a view, and what each step reports."""
 
     mesh: TriangleMesh
     notes: tuple[str, ...]
 
 
 def default_view(*, working_vertices: int = 5000) -> View:
-    """View "closed": holes capped, coarse meshes refined, fine ones simplified, sheets doubled."""
+    """View "closed": holes capped, coarse meshes refined, fine ones simplified, sheets doubled.
+
+    Parameters
+    ----------
+    working_vertices : int
+        Most vertices of the working mesh, before a sheet is doubled.
+
+    Returns
+    -------
+    View
+        With 100 eigenpairs.
+    """
     return View("closed", (CLOSING, *_sizing(working_vertices), DOUBLING))
 
 
 def open_view(*, working_vertices: int = 5000) -> View:
-    """View "open": as `default_view`, but the boundary stays as it is."""
+    """View "open": as `default_view`, but the boundary stays as it is.
+
+    Parameters
+    ----------
+    working_vertices : int
+        Most vertices of the working mesh.
+
+    Returns
+    -------
+    View
+        With 100 eigenpairs.
+    """
     return View("open", _sizing(working_vertices))
 
 
@@ -159,6 +203,18 @@ def named_view(name: str, *, working_vertices: int = 5000) -> View:
     """View of one of `VIEW_NAMES`: with holes capped and sheets doubled or not, smoothed or not.
 
     "detailed" is "closed" with twice as many eigenpairs, for what is small on a surface.
+
+    Parameters
+    ----------
+    name : str
+        One of `VIEW_NAMES`.
+    working_vertices : int
+        Most vertices of the working mesh; a smoothed one has at most 2,500.
+
+    Returns
+    -------
+    View
+        Of this name.
 
     Raises
     ------
@@ -179,7 +235,19 @@ def named_view(name: str, *, working_vertices: int = 5000) -> View:
 
 
 def prepare(mesh: TriangleMesh, view: View) -> PreparedMesh:
-    """Working mesh of a cleaned mesh; the mesh itself if no step has anything to do.
+    """Working mesh of a cleaned mesh.
+
+    Parameters
+    ----------
+    mesh : TriangleMesh
+        Clean.
+    view : View
+        Its steps run in their order.
+
+    Returns
+    -------
+    PreparedMesh
+        With the mesh itself if no step has anything to do.
 
     Raises
     ------

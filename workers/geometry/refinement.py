@@ -9,8 +9,19 @@ from workers.geometry.mesh import TriangleMesh
 def refine(mesh: TriangleMesh, *, vertices: int) -> TriangleMesh:
     """Mesh of at least so many vertices by cutting every triangle into four, again and again.
 
-    The surface, its components, boundary and Euler characteristic stay what they are; the
-    given vertices stay the first ones. A mesh that has enough is returned as it is.
+    The surface, its components, boundary and Euler characteristic stay what they are.
+
+    Parameters
+    ----------
+    mesh : TriangleMesh
+        Of any topology.
+    vertices : int
+        A mesh with as many is returned as it is.
+
+    Returns
+    -------
+    TriangleMesh
+        The given vertices stay the first ones.
     """
     while mesh.n_vertices < vertices and mesh.n_faces:
         mesh = _quartered(mesh)

@@ -20,10 +20,12 @@ from workers.geometry.factorisation import SymmetricFactor
 from workers.geometry.laplacian import mesh_laplacian
 from workers.geometry.mesh import TriangleMesh
 
-COARSE = 0.25  # of a vertex's share of the area: its mass, where that is more than the mean
-ITERATIVE_FROM = 40_000  # vertices; factors of 100,000 take 15 s, conjugate gradients 1
+COARSE = 0.25  # of a vertex's share of the area: its mass, where that is more (decision 0011)
+ITERATIVE_FROM = 40_000  # vertices; factors of 100,000 took 15 s, conjugate gradients 1, once
+ROUGHNESS_TIME = 0.5  # in areas of a vertex: averages over its neighbours (decision 0016)
+
+# Chosen, not measured.
 MOST_ITERATIONS = 2000
-ROUGHNESS_TIME = 0.5  # in areas of a vertex: averages over its neighbours
 SHORTEST_EDGE = 1e-6  # in √A: shorter ones have vanished
 SMALLEST_AREA = 1e-12  # of a vertex, as a share of the surface: what has vanished still has a place
 
@@ -31,12 +33,13 @@ SMALLEST_AREA = 1e-12  # of a vertex, as a share of the surface: what has vanish
 def fair(mesh: TriangleMesh, *, time: float) -> TriangleMesh:
     """Surface after one step along its graph, as if all triangles were equilateral.
 
-    V ← (M + t·L/√3)⁻¹ M V, where L is the graph Laplacian and M the vertices' masses: 1/n of n, or
-    a fourth of a vertex's share of the area where that is more, so that what is coarse beside
-    something fine stays where it is. Where triangles are equilateral this is the step of `smooth`.
-    The weights hardly know where vertices are, so that noise of any size is averaged as the clean
-    surface is; `smooth` believes the areas and angles of the noisy triangles, and noise makes areas
-    grow most where they are small. (Fairing by the graph: Taubin 1995; implicit: Desbrun 1999.)
+    V ← (M + t·L/√3)⁻¹ M V, where L is the graph Laplacian and M has the masses of the vertices. A
+    mass is 1/n of n, or a fourth of the vertex's share of the area where that is more. So what is
+    coarse beside something fine stays where it is. Where triangles are equilateral this is the step
+    of `smooth`. The weights hardly depend on positions, so noise of any size is averaged as the
+    clean surface is. `smooth` takes the areas and angles of the noisy triangles, and noise makes
+    areas grow most where they are small (decision 0011). Fairing by the graph: Taubin 1995;
+    implicit: Desbrun 1999.
 
     Parameters
     ----------
@@ -74,15 +77,20 @@ def fair(mesh: TriangleMesh, *, time: float) -> TriangleMesh:
 def roughness(mesh: TriangleMesh) -> float:
     """How much larger a surface is than it is once it was faired a little: ln(A / A').
 
-    What every vertex has of its own makes a surface grow, several times over if it is as large as
-    an edge, and is what averaging over neighbours takes off; what shapes are made of is larger.
-    Clean meshes have 0.03 to 0.25, with noise of half an edge 0.3, of a whole one 0.8. Scale and
-    resolution hardly matter.
+    Noise makes a surface grow, several times over if it is as large as an edge. Averaging over
+    neighbours takes it off; what shapes are made of is larger, and stays. Clean meshes have 0.03 to
+    0.25, with noise of half an edge 0.3, of a whole one 0.8 (decision 0016). Scale and resolution
+    hardly matter.
 
     Parameters
     ----------
     mesh : TriangleMesh
         A working mesh.
+
+    Returns
+    -------
+    float
+        Without unit; at least 0 but for rounding.
     """
     faired = fair(mesh, time=ROUGHNESS_TIME / mesh.n_vertices)
     return float(np.log(mesh.area / faired.area))
@@ -91,10 +99,10 @@ def roughness(mesh: TriangleMesh) -> float:
 def smooth(mesh: TriangleMesh, *, time: float, steps: int = 1) -> TriangleMesh:
     """Surface after the modified mean curvature flow (Kazhdan, Solomon, Ben-Chen 2012).
 
-    Each step is V ← (A + t·W)⁻¹ A V, where A are the areas of the surface as it is by then, scaled
-    to area 1, and W stays that of the surface given, so that thin parts do not tear. One
-    step is the implicit smoothing of Desbrun and others (1999). Noise goes first, then fingers and
-    handles, then limbs.
+    Each step is V ← (A + t·W)⁻¹ A V. A has the areas of the surface as it is by then, scaled to
+    area 1. W stays that of the given surface, so that thin parts do not tear. One step is the
+    implicit smoothing of Desbrun and others (1999). Noise goes first, then fingers and handles,
+    then limbs.
 
     Parameters
     ----------

@@ -30,7 +30,18 @@ class Solution:
     _drawn: dict[int, SurfaceSample] = field(default_factory=dict, init=False, repr=False)
 
     def sample(self, count: int = SAMPLES) -> SurfaceSample:
-        """Points that stand for the surface, computed where they are not there yet."""
+        """Points that stand for the surface, computed where they are not there yet.
+
+        Parameters
+        ----------
+        count : int
+            How many.
+
+        Returns
+        -------
+        SurfaceSample
+            The same one each time.
+        """
         if count in self.samples:
             return self.samples[count]
         if count not in self._drawn:
@@ -38,7 +49,18 @@ class Solution:
         return self._drawn[count]
 
     def farthest_points(self, count: int) -> IntArray:
-        """Vertices of a sample of ``count`` points: the first ones of any larger one."""
+        """Vertices of a sample: the first ones of any larger one.
+
+        Parameters
+        ----------
+        count : int
+            How many; all n vertices where there are fewer.
+
+        Returns
+        -------
+        (count,) int64
+            Vertex indices, in the order in which they were taken.
+        """
         if count < self.mesh.n_vertices:
             for drawn in self.samples.values():
                 if len(drawn.indices) >= count:
@@ -48,6 +70,18 @@ class Solution:
 
 def solve(mesh: TriangleMesh, view: View) -> Solution:
     """Prepare a cleaned mesh as a view says, and compute its spectrum; no sample is taken yet.
+
+    Parameters
+    ----------
+    mesh : TriangleMesh
+        Clean.
+    view : View
+        How the mesh is prepared, and how many eigenpairs are computed.
+
+    Returns
+    -------
+    Solution
+        Of the working mesh.
 
     Raises
     ------

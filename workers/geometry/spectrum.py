@@ -48,7 +48,23 @@ class Spectrum:
         return len(self.eigenvalues)
 
     def rescaled(self, length_factor: float) -> "Spectrum":
-        """Return the spectrum of the surface with all lengths multiplied by a factor > 0."""
+        """The spectrum of the surface with all lengths multiplied by a factor.
+
+        Parameters
+        ----------
+        length_factor : float
+            s > 0: λ becomes λ/s², φ becomes φ/s, areas become s² times as large.
+
+        Returns
+        -------
+        Spectrum
+            Of the scaled surface.
+
+        Raises
+        ------
+        InvalidRequestError
+            The factor is not a number above 0.
+        """
         if not (np.isfinite(length_factor) and length_factor > 0.0):
             raise InvalidRequestError(f"length factor is {length_factor}, expected a number > 0")
         return Spectrum(
@@ -62,8 +78,8 @@ class Spectrum:
 def compute_spectrum(mesh: TriangleMesh, *, n_eigenpairs: int = 100) -> Spectrum:
     """Smallest nonzero eigenpairs of the Laplace-Beltrami operator, eqs. (8), (9).
 
-    Components are solved apart, so that equal ones cannot hide each other's eigenvalues, and
-    merged: the result is the k smallest of the union, each component certified up to there.
+    Components are solved apart, so that equal ones cannot hide each other's eigenvalues. Then they
+    are merged: the result is the k smallest of the union, each component certified up to there.
 
     Parameters
     ----------
@@ -90,7 +106,25 @@ def compute_spectrum(mesh: TriangleMesh, *, n_eigenpairs: int = 100) -> Spectrum
 
 
 def laplacian_spectrum(laplacian: Laplacian, *, n_eigenpairs: int) -> Spectrum:
-    """`compute_spectrum` of an operator; its components are those of the stiffness matrix."""
+    """`compute_spectrum` of an operator; its components are those of the stiffness matrix.
+
+    Parameters
+    ----------
+    laplacian : Laplacian
+        W and A of eq. (8).
+    n_eigenpairs : int
+        k >= 1; all there are where that is fewer.
+
+    Returns
+    -------
+    Spectrum
+        k nonzero eigenpairs.
+
+    Raises
+    ------
+    SpectrumError
+        A component's eigenpairs could not be certified.
+    """
     areas = laplacian.areas
     parts = [_Component(laplacian, vertices) for vertices in _components(laplacian.stiffness)]
     available = len(areas) - len(parts)
@@ -113,25 +147,40 @@ def laplacian_spectrum(laplacian: Laplacian, *, n_eigenpairs: int) -> Spectrum:
 
 
 def first_eigenvalues(mesh: TriangleMesh, count: int) -> FloatArray:
-    """Return the ``count`` smallest nonzero eigenvalues, fewer where there are fewer, in 1/area."""
+    """The smallest nonzero eigenvalues.
+
+    Parameters
+    ----------
+    mesh : TriangleMesh
+        Clean.
+    count : int
+        How many; fewer where there are fewer.
+
+    Returns
+    -------
+    (count,) float64
+        Ascending, in 1/area.
+    """
     return compute_spectrum(mesh, n_eigenpairs=count).eigenvalues
 
 
 def eigenfunction(spectrum: Spectrum, number: int) -> FloatArray:
     """One eigenfunction, with the sign that the mesh decides and not the solver.
 
-    It is positive at the first vertex where it is at least half as large as anywhere: the largest
-    value itself would not do, since a symmetric surface has it twice, with both signs.
+    It is positive at the first vertex where it is at least half as large as anywhere. The largest
+    value itself would not do: a symmetric surface has it twice, with both signs.
 
     Parameters
     ----------
     spectrum : Spectrum
+        k nonzero eigenpairs at n vertices.
     number : int
         1 for the first nonzero eigenvalue.
 
     Returns
     -------
-    (n,) float64, in 1/length of the mesh's unit.
+    (n,) float64
+        In 1/length of the mesh's unit.
 
     Raises
     ------

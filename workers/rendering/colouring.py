@@ -1,8 +1,8 @@
 """Colours for the values of a function on a surface.
 
-The map runs from dark violet over blue and green to yellow in even steps of the Oklab colour
-space (Ottosson 2020): equal differences of the values look equal, and since lightness rises all
-the way, also in grey and to eyes that do not tell red from green.
+The map runs from dark violet over blue and green to yellow, in even steps of the Oklab colour space
+(Ottosson 2020). So equal differences of the values look equal. Lightness rises all the way, so
+this holds also in grey, and for eyes that do not tell red from green.
 """
 
 import numpy as np
@@ -21,7 +21,7 @@ WITHOUT_VALUE = (150, 150, 150)
 
 
 def value_colours(values: FloatArray, low: float, high: float) -> FloatArray:
-    """Colours of values, (n, 3) float64 from 0 to 255.
+    """Colours of values, from dark violet to yellow.
 
     Parameters
     ----------
@@ -29,6 +29,11 @@ def value_colours(values: FloatArray, low: float, high: float) -> FloatArray:
         What lies outside the range has the colour of its end; what is not a number is grey.
     low, high : float
         The values of the first and the last colour; where both are the same, all is in the middle.
+
+    Returns
+    -------
+    (n, 3) float64
+        Red, green and blue, 0 to 255.
 
     Raises
     ------
@@ -50,6 +55,17 @@ def value_colours(values: FloatArray, low: float, high: float) -> FloatArray:
 
 
 def finite_range(values: FloatArray) -> tuple[float, float]:
-    """Smallest and largest of the values that are numbers; 0 and 0 without any."""
+    """Smallest and largest of the values that are numbers.
+
+    Parameters
+    ----------
+    values : (n,) float64
+        May have NaN and infinities.
+
+    Returns
+    -------
+    low, high : float
+        0 and 0 where no value is finite.
+    """
     finite = values[np.isfinite(values)]
     return (float(finite.min()), float(finite.max())) if len(finite) else (0.0, 0.0)

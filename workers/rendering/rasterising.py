@@ -6,6 +6,7 @@ import numpy as np
 
 from workers.geometry.arrays import FloatArray, IntArray
 
+# Chosen, not measured.
 _BLOCK = 1 << 16  # faces in work at a time
 _BUDGET = 1.2e7  # pixels covered by all faces together; beyond it faces are left out evenly
 
@@ -18,6 +19,7 @@ def rasterise(screen: FloatArray, faces: IntArray, pixels: int) -> tuple[IntArra
     screen : (n, 3) float64
         Vertices in pixels, x to the right and y along the rows; the larger z is nearer.
     faces : (m, 3) int64
+        Vertex indices.
     pixels : int
         p, of each side of the picture.
 

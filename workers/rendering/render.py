@@ -1,7 +1,7 @@
 """Pictures of shapes, drawn on the CPU: thumbnails and contact sheets.
 
-The camera is orthographic and fixed in the coordinates of the file, so that all shapes of a
-class, and all poses of a shape, are seen from the same side; only the frame follows the shape.
+The camera is orthographic and its direction fixed in the coordinates of the file. So all shapes of
+a class, and all poses of a shape, are seen from the same side. Place and size follow the shape.
 """
 
 import io
@@ -21,11 +21,12 @@ from workers.rendering.rasterising import rasterise
 
 Picture = NDArray[np.uint8]
 
+# Chosen, not measured.
 _SUPERSAMPLING = 2
 _MARGIN = 0.06  # of the picture, on every side
 _AZIMUTH, _ELEVATION = np.radians(35.0), np.radians(25.0)
 _CREASE = np.cos(np.radians(40.0))  # corners bent more than this keep the normal of their face
-_KEY = np.array([-0.42, 0.66, 0.62])  # direction to the light, in the camera's frame
+_KEY = np.array([-0.42, 0.66, 0.62])  # direction to the light, in the camera's coordinates
 _FILL = np.array([0.85, -0.05, 0.52])
 
 
@@ -94,9 +95,26 @@ def render(
 def contact_sheet(
     images: Sequence[Picture], *, columns: int, labels: Sequence[str] | None = None
 ) -> Picture:
-    """Pictures in rows on white, each with its label underneath, (height, width, 3) uint8.
+    """Pictures in rows on white, each with its label underneath.
 
-    Raises InvalidRequestError if there are no images, no columns, or not a label for each image.
+    Parameters
+    ----------
+    images : sequence of (h, w, 3 or 4) uint8
+        Pictures, as from `render`.
+    columns : int
+        Pictures in a row, at least 1.
+    labels : sequence of str, optional
+        One for each picture.
+
+    Returns
+    -------
+    (height, width, 3) uint8
+        Red, green and blue.
+
+    Raises
+    ------
+    InvalidRequestError
+        There are no images, no columns, or not a label for each image.
     """
     if not images or columns < 1:
         raise InvalidRequestError(
@@ -123,7 +141,20 @@ def contact_sheet(
 
 
 def encode_png(image: Picture, *, palette: int | None = None) -> bytes:
-    """Bytes of a PNG file; with a palette of at most that many colours it is a third as large."""
+    """Bytes of a PNG file.
+
+    Parameters
+    ----------
+    image : (h, w, 3 or 4) uint8
+        A picture, as from `render`.
+    palette : int, optional
+        Most colours, 2 to 256; such a file is a third as large. All colours without it.
+
+    Returns
+    -------
+    bytes
+        The file.
+    """
     picture = Image.fromarray(image)
     if palette is not None:
         opaque = picture.mode == "RGB"
@@ -180,7 +211,7 @@ def _finite(mesh: TriangleMesh) -> tuple[FloatArray, IntArray]:
 
 
 def _project(vertices: FloatArray, camera: FloatArray, pixels: int) -> FloatArray:
-    """Column, row and height above the picture in pixels, (n, 3); the shape fills the frame."""
+    """Column, row and height above the picture in pixels, (n, 3); the shape fills the picture."""
     if len(vertices) == 0:
         return np.zeros((0, 3))
     low, high = vertices.min(axis=0), vertices.max(axis=0)

@@ -10,6 +10,7 @@ from workers.transformations.elasticity import Deformation, ElasticSurface, defo
 from workers.transformations.metric import farthest_vertices
 from workers.transformations.transformed import TransformedMesh, moved
 
+# Chosen, not measured.
 _HANDLES = 8  # farthest points: the tips of limbs, mostly
 _HANDLE_RADIUS = 0.3  # of the way to the nearest other handle: it turns as a whole
 _ITERATIONS = 8  # of local and global steps: more of them unbend the surface
@@ -22,10 +23,10 @@ _ATTEMPTS = 5
 def bend(mesh: TriangleMesh, *, degrees: float, rng: np.random.Generator) -> TransformedMesh:
     """Bend a mesh as isometrically as possible, by random rotations of its extremities.
 
-    Farthest points along the surface are turned at random about the middle; the rotation
-    between them is the smoothest, which bends thin parts and leaves thick ones; then a few
-    as-rigid-as-possible iterations (Sorkine, Alexa 2007) take the strain out. A bending that
-    still strains edges by more than 3 % (median) is done again with smaller angles.
+    Farthest points along the surface are turned at random about the middle. The rotation between
+    them is the smoothest, which bends thin parts and leaves thick ones. Then a few
+    as-rigid-as-possible iterations take the strain out (Sorkine, Alexa 2007). A bending that still
+    strains edges by more than 3 % (median) is made again with smaller angles.
 
     Parameters
     ----------
@@ -35,6 +36,11 @@ def bend(mesh: TriangleMesh, *, degrees: float, rng: np.random.Generator) -> Tra
         Largest rotation of an extremity against the middle.
     rng : Generator
         Draws axes and angles.
+
+    Returns
+    -------
+    TransformedMesh
+        The same faces and vertex order.
     """
     seed = int(rng.integers(2**62))
     return moved(mesh, deformed(mesh, lambda one: _bent(one, degrees, np.random.default_rng(seed))))

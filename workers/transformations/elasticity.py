@@ -1,7 +1,7 @@
-"""A surface that is told how to turn or swell everywhere, and finds positions that fit best.
+"""Deforms a surface by a field of linear maps: positions that fit the maps best.
 
-The global step of as-rigid-as-possible deformation (Sorkine, Alexa: As-rigid-as-possible surface
-modeling, SGP 2007) for any field of linear maps, and its local step.
+This is the global step of as-rigid-as-possible deformation for any field of maps, and its local
+step (Sorkine, Alexa: As-rigid-as-possible surface modeling, SGP 2007).
 """
 
 from collections.abc import Callable
@@ -19,9 +19,10 @@ from workers.geometry.transfer import closest_points
 from workers.transformations.metric import tethered_edges
 from workers.transformations.resampling import decimated
 
+# Chosen, not measured.
 LARGEST_SOLVED = 30_000  # vertices; a larger mesh follows a coarse one
 COARSE = 10_000  # vertices of that
-_WEIGHTS = (0.02, 5.0)  # cotangent weights are held within: all positive, no needle decides
+_WEIGHTS = (0.02, 5.0)  # cotangent weights are held within: all positive, none dominates
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,9 +67,19 @@ class ElasticSurface:
         return length_graph(self.mesh, self.edges)
 
     def positions(self, maps: FloatArray) -> FloatArray:
-        """Positions (n, 3) whose edges are nearest to those mapped by (n, 3, 3) maps.
+        """Positions whose edges are nearest to the mapped edges of the mesh.
 
-        Each edge is mapped by the mean of its ends' maps; the mean of all vertices stays.
+        Each edge is mapped by the mean of its ends' maps.
+
+        Parameters
+        ----------
+        maps : (n, 3, 3) float64
+            Linear map of the surroundings of each vertex.
+
+        Returns
+        -------
+        (n, 3) float64
+            In the mesh's unit; the mean of all vertices stays.
         """
         means = 0.5 * (maps[self.edges[:, 0]] + maps[self.edges[:, 1]])  # (e, 3, 3)
         wanted = np.einsum("eij,ej->ei", means, self._vectors)
@@ -79,7 +90,18 @@ class ElasticSurface:
         return found
 
     def rotations(self, positions: FloatArray) -> FloatArray:
-        """Rotations (n, 3, 3) that fit the edges around each vertex best: the local step."""
+        """Rotations that fit the edges around each vertex best: the local step.
+
+        Parameters
+        ----------
+        positions : (n, 3) float64
+            Where the vertices went.
+
+        Returns
+        -------
+        (n, 3, 3) float64
+            Orthogonal, of determinant 1.
+        """
         now: FloatArray = self._difference @ positions  # (e, 3)
         products = (now[:, :, None] * self._vectors[:, None, :]).reshape(-1, 9)  # (e, 9)
         covariances = (self._around @ products).reshape(-1, 3, 3)
@@ -90,7 +112,20 @@ class ElasticSurface:
         return rotations
 
     def interpolate(self, held: BoolArray, values: FloatArray) -> FloatArray:
-        """Smoothest function (n, d) that has the values (n, d) where it is held, (n,)."""
+        """Smoothest function that has given values where it is held.
+
+        Parameters
+        ----------
+        held : (n,) bool
+            Vertices whose values are given.
+        values : (n, d) float64
+            Values at the held vertices; others are ignored.
+
+        Returns
+        -------
+        (n, d) float64
+            Harmonic for the edges' weights where it is not held.
+        """
         free = np.flatnonzero(~held)
         result = values.copy()
         if len(free) and held.any():
@@ -101,9 +136,21 @@ class ElasticSurface:
 
 
 def deformed(mesh: TriangleMesh, deform: Callable[[TriangleMesh], Deformation]) -> FloatArray:
-    """Positions (n, 3) of a mesh after a deformation that is found on at most 30,000 vertices.
+    """Positions of a mesh after a deformation that is found on at most 30,000 vertices.
 
     A larger mesh follows a coarse copy: the maps at the closest point of it move each vertex.
+
+    Parameters
+    ----------
+    mesh : TriangleMesh
+        Of n vertices.
+    deform : function
+        Finds the `Deformation` of a mesh.
+
+    Returns
+    -------
+    (n, 3) float64
+        In the mesh's unit.
     """
     if mesh.n_vertices <= LARGEST_SOLVED:
         return deform(mesh).positions

@@ -14,9 +14,9 @@ def draw_transformations(
     size: int = 192,
     columns: int = 7,
 ) -> Picture:
-    """Contact sheet of a shape, "null", and of all its transformations, (height, width, 3) uint8.
+    """Contact sheet of a shape, "null", and of all its transformations.
 
-    Each fills its frame, whatever its size.
+    Each fills its cell, whatever its size.
 
     Parameters
     ----------
@@ -32,6 +32,11 @@ def draw_transformations(
         Pixels of one drawing.
     columns : int
         Drawings in a row.
+
+    Returns
+    -------
+    (height, width, 3) uint8
+        Red, green and blue.
     """
     posed = ("isometry", "all")
     shown = [mesh] + [

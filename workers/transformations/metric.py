@@ -10,14 +10,27 @@ from workers.geometry.edges import edge_lengths, undirected_edges
 from workers.geometry.mesh import TriangleMesh
 from workers.geometry.topology import vertex_components
 
+# Chosen, not measured.
 _TETHERS = 4  # that hold a smaller component
 
 
 def tethered_edges(mesh: TriangleMesh) -> tuple[IntArray, IntArray]:
-    """Edges (e, 2), and tethers (t, 2) that tie each component to the largest one.
+    """Edges, and tethers that tie each component to the largest one.
 
-    A tether runs from a vertex of the smaller component to the nearest of the largest, so that
-    what is smooth along edges and tethers moves eyes with the head that they sit in.
+    A tether runs from a vertex of the smaller component to the nearest of the largest. So what is
+    smooth along edges and tethers moves eyes with the head that they sit in.
+
+    Parameters
+    ----------
+    mesh : TriangleMesh
+        Of one component or several.
+
+    Returns
+    -------
+    edges : (e, 2) int64
+        Each edge once, as from `undirected_edges`.
+    tethers : (t, 2) int64
+        At most four for each smaller component.
     """
     labels = vertex_components(mesh)  # (n,)
     sizes = np.bincount(labels)
@@ -38,7 +51,22 @@ def tethered_edges(mesh: TriangleMesh) -> tuple[IntArray, IntArray]:
 def geodesic_distances(
     graph: sparse.csr_array, sources: IntArray, *, limit: float = np.inf
 ) -> FloatArray:
-    """Lengths of the shortest paths along edges, (s, n); inf beyond the limit."""
+    """Lengths of the shortest paths along edges (Dijkstra).
+
+    Parameters
+    ----------
+    graph : (n, n) sparse
+        Symmetric edge lengths, as from `length_graph`.
+    sources : (s,) int64
+        Vertices that paths start from.
+    limit : float
+        Longest path that is looked for.
+
+    Returns
+    -------
+    (s, n) float64
+        In the unit of the graph; infinite beyond the limit and in other components.
+    """
     distances = dijkstra(graph, directed=True, indices=sources, limit=limit)  # it is symmetric
     return np.asarray(distances, dtype=np.float64)
 
@@ -46,9 +74,23 @@ def geodesic_distances(
 def farthest_vertices(
     graph: sparse.csr_array, start: int, count: int
 ) -> tuple[IntArray, FloatArray]:
-    """Vertices (c,) each farthest from those before it, and the distances from each, (c, n).
+    """Vertices each farthest along the surface from those before it.
 
-    The first is the farthest from ``start``, which is not among them.
+    Parameters
+    ----------
+    graph : (n, n) sparse
+        Symmetric edge lengths, as from `length_graph`.
+    start : int
+        The first vertex is the farthest from this one, which is not among them.
+    count : int
+        c; all n vertices where there are fewer.
+
+    Returns
+    -------
+    vertices : (c,) int64
+        In the order in which they were taken.
+    distances : (c, n) float64
+        From each of them, in the unit of the graph; what is out of reach is as far as the farthest.
     """
     reach = _finite(geodesic_distances(graph, np.array([start]))[0])
     chosen = [int(np.argmax(reach))]
@@ -62,7 +104,22 @@ def farthest_vertices(
 
 
 def random_vertices(mesh: TriangleMesh, count: int, rng: np.random.Generator) -> IntArray:
-    """Draw vertices (count,), uniformly over the area; one may come again."""
+    """Draw vertices uniformly over the area; one may come again.
+
+    Parameters
+    ----------
+    mesh : TriangleMesh
+        Of any topology.
+    count : int
+        How many.
+    rng : Generator
+        Draws them.
+
+    Returns
+    -------
+    (count,) int64
+        Vertex indices.
+    """
     shares = np.cumsum(mesh.face_areas)
     faces = np.searchsorted(shares, rng.uniform(0.0, shares[-1], count), side="right")
     corners = rng.integers(3, size=count)
@@ -71,7 +128,18 @@ def random_vertices(mesh: TriangleMesh, count: int, rng: np.random.Generator) ->
 
 
 def mean_edge(mesh: TriangleMesh) -> float:
-    """Mean length of the edges."""
+    """Mean length of the edges.
+
+    Parameters
+    ----------
+    mesh : TriangleMesh
+        With at least one edge.
+
+    Returns
+    -------
+    float
+        In the mesh's unit.
+    """
     return float(edge_lengths(mesh.vertices, undirected_edges(mesh)).mean())
 
 

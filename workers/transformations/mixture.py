@@ -21,10 +21,16 @@ def mix(
     Parameters
     ----------
     posed : TransformedMesh
+        The shape in its pose.
     levels : mapping of str to float
         The row "all" of the table of strengths.
     rng : Generator
         Of all of them.
+
+    Returns
+    -------
+    TransformedMesh
+        With origins in the mesh that was posed.
     """
     steps: list[Callable[[TriangleMesh], TransformedMesh]] = [
         lambda mesh: weld(

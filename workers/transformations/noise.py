@@ -8,6 +8,7 @@ from workers.geometry.normals import vertex_normals
 from workers.transformations.metric import mean_edge, random_vertices
 from workers.transformations.transformed import TransformedMesh, moved
 
+# Chosen, not measured.
 _HALVINGS = 40  # of the interval that the amplitude lies in
 _MOST_COUNTED = 10_000  # vertices of which there are shots: a finer mesh is not shot to pieces
 _LARGEST_AMPLITUDE = 16.0  # mean edges
@@ -21,10 +22,16 @@ def add_noise(mesh: TriangleMesh, *, growth: float, rng: np.random.Generator) ->
     Parameters
     ----------
     mesh : TriangleMesh
+        Of any topology.
     growth : float
         Area afterwards over area before, at least 1.
     rng : Generator
         Draws the displacements.
+
+    Returns
+    -------
+    TransformedMesh
+        The same faces and vertex order.
     """
     directions = rng.normal(size=mesh.vertices.shape)  # (n, 3)
     return moved(mesh, mesh.vertices + _amplitude(mesh, directions, growth) * directions)
@@ -38,13 +45,19 @@ def add_shots(
     Parameters
     ----------
     mesh : TriangleMesh
+        Of any topology.
     share : float
-        Of the vertices, of 10,000 where there are more; at least two, fewer where one is drawn
+        Of the vertices, of 10,000 where there are more; at least two. Fewer where one is drawn
         again.
     farthest : float
         Longest displacement in √A; the shortest is half of it.
     rng : Generator
         Draws the vertices and how far they go.
+
+    Returns
+    -------
+    TransformedMesh
+        The same faces and vertex order.
     """
     count = max(2, round(share * min(mesh.n_vertices, _MOST_COUNTED)))
     chosen = np.unique(random_vertices(mesh, count, rng))

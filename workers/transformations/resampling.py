@@ -9,6 +9,7 @@ from workers.geometry.mesh import TriangleMesh
 from workers.geometry.simplification import ONE_AT_A_TIME
 from workers.transformations.transformed import FEWEST_FACES, TransformedMesh, part
 
+# Chosen, not measured.
 FEWEST_SAMPLED = 100  # faces that are aimed at, at least
 AGGRESSIVENESS = 7.0  # of the simplifier: how fast the error that it allows grows
 
@@ -16,7 +17,17 @@ AGGRESSIVENESS = 7.0  # of the simplifier: how fast the error that it allows gro
 def resample(mesh: TriangleMesh, *, share: float) -> TransformedMesh:
     """Simplify by quadric error to a share of the faces, but to no fewer than about 100.
 
-    The origin of a vertex is, of the vertices that were collapsed into it, the nearest.
+    Parameters
+    ----------
+    mesh : TriangleMesh
+        Of any topology.
+    share : float
+        Of the faces.
+
+    Returns
+    -------
+    TransformedMesh
+        The origin of a vertex is, of the vertices that were collapsed into it, the nearest.
     """
     target = max(FEWEST_SAMPLED, round(share * mesh.n_faces))
     while target < mesh.n_faces:
@@ -32,7 +43,19 @@ def decimated(
 ) -> TransformedMesh:
     """The mesh simplified to about so many faces, none of them degenerate or repeated.
 
-    The less aggressive, the more strictly the smallest errors go first.
+    Parameters
+    ----------
+    mesh : TriangleMesh
+        Of any topology.
+    n_faces : int
+        About how many faces are left.
+    aggressiveness : float
+        How fast the error allowed grows; the smaller, the more strictly small errors go first.
+
+    Returns
+    -------
+    TransformedMesh
+        The origin of a vertex is, of the vertices that were collapsed into it, the nearest.
     """
     centre, unit = mesh.vertices.mean(axis=0), np.sqrt(mesh.area)
     vertices = (mesh.vertices - centre) / unit

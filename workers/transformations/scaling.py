@@ -8,11 +8,27 @@ from workers.transformations.elasticity import Deformation, ElasticSurface, defo
 from workers.transformations.metric import geodesic_distances, random_vertices
 from workers.transformations.transformed import TransformedMesh, moved
 
+# Chosen, not measured.
 _PLACE_RADIUS = 0.18  # of √A: standard deviation of a place that swells or shrinks
 
 
 def scale(mesh: TriangleMesh, *, factor: float, rng: np.random.Generator) -> TransformedMesh:
-    """Multiply all coordinates by the factor or its inverse, as a coin says."""
+    """Multiply all coordinates by the factor or its inverse, as a coin says.
+
+    Parameters
+    ----------
+    mesh : TriangleMesh
+        Of any topology.
+    factor : float
+        Above 0.
+    rng : Generator
+        Tosses the coin.
+
+    Returns
+    -------
+    TransformedMesh
+        The same faces and vertex order.
+    """
     return moved(mesh, mesh.vertices * (factor if rng.integers(2) else 1.0 / factor))
 
 
@@ -24,10 +40,16 @@ def scale_affinely(
     Parameters
     ----------
     mesh : TriangleMesh
+        Of any topology.
     ratio : float
         Of the longest stretch over the shortest; the third is drawn in between.
     rng : Generator
         Draws the axes.
+
+    Returns
+    -------
+    TransformedMesh
+        The same faces and vertex order.
     """
     axes, _ = np.linalg.qr(rng.normal(size=(3, 3)))
     logarithms = np.log(ratio) * np.array([0.0, rng.uniform(), 1.0])
@@ -41,18 +63,24 @@ def scale_locally(
 ) -> TransformedMesh:
     """Let places of the surface swell or shrink, smoothly and with all that is there.
 
-    A field of scales is prescribed and the positions found whose edges fit it best (Poisson), so
-    that a limb gets longer and thicker alike, and nothing turns inside out.
+    A field of scales is given, and positions are found whose edges fit it best (Poisson). So a limb
+    gets longer and thicker alike, and nothing turns inside out.
 
     Parameters
     ----------
     mesh : TriangleMesh
+        Of any topology.
     factor : float
         Scale in the middle of a place, or its inverse in a shrinking one.
     places : int
         How many, drawn uniformly over the area.
     rng : Generator
         Draws them, and which shrink.
+
+    Returns
+    -------
+    TransformedMesh
+        The same faces and vertex order.
     """
     seed = int(rng.integers(2**62))
 

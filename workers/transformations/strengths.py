@@ -78,5 +78,18 @@ PAPER_TRANSFORMATIONS = tuple(TABLE)[:11]
 
 
 def settings(transformation: str, strength: int) -> dict[str, float]:
-    """The row of the table: what each quantity of a transformation is at a strength."""
+    """The row of the table: what each quantity of a transformation is at a strength.
+
+    Parameters
+    ----------
+    transformation : str
+        A key of `TABLE`.
+    strength : int
+        1 to 5.
+
+    Returns
+    -------
+    dict of str to float
+        By the name of the quantity, which states its unit.
+    """
     return {quantity: levels[strength - 1] for quantity, levels in TABLE[transformation].items()}

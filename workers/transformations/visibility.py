@@ -8,6 +8,7 @@ from workers.geometry.topology import face_components
 from workers.rendering.rasterising import rasterise
 from workers.transformations.transformed import FEWEST_FACES, TransformedMesh, part
 
+# Chosen, not measured.
 _DIRECTIONS = 40  # ranked by how much of the surface faces them
 _PIXELS_A_FACE = 40.0  # on average, so that few faces slip between pixels
 _PIXELS = (128, 2048)  # of the picture's side, fewest and most
@@ -23,12 +24,18 @@ def see(
     Parameters
     ----------
     mesh : TriangleMesh
+        Of any topology and winding.
     rank : float
-        Of the direction, among 40 by the area of the shadow: 0 sees most, 1 least.
+        Place of the direction, 0 to 1, among 40 sorted by the area they see: 0 sees most, 1 least.
     grazing_degrees : float
         Largest angle between line of sight and normal.
     rng : Generator
-        Draws the directions, and which one near that rank it is.
+        Draws the directions, and which one near that place it is.
+
+    Returns
+    -------
+    TransformedMesh
+        The faces that are left, at least 50 where there were as many.
     """
     directions = _random_directions(rng)
     shadows = np.abs(directions @ mesh.face_normals.T).sum(axis=1)  # (d,)
@@ -50,7 +57,20 @@ def _random_directions(rng: np.random.Generator) -> FloatArray:
 
 
 def seen_faces(mesh: TriangleMesh, direction: FloatArray) -> BoolArray:
-    """Faces (m,) that are seen from a direction (3,): at some pixel, or in their middle."""
+    """Faces that are seen from a direction: at some pixel, or in their middle.
+
+    Parameters
+    ----------
+    mesh : TriangleMesh
+        Of m faces.
+    direction : (3,) float64
+        Unit vector from the shape to the scanner.
+
+    Returns
+    -------
+    (m,) bool
+        True for a face that is seen.
+    """
     pixels = int(np.clip(np.sqrt(_PIXELS_A_FACE * mesh.n_faces), *_PIXELS))
     screen = _screen(mesh.vertices, direction, pixels)
     nearest, weights = rasterise(screen, mesh.faces, pixels)

@@ -10,6 +10,7 @@ from workers.geometry.topology import boundary_edges
 from workers.transformations.metric import geodesic_distances
 from workers.transformations.transformed import TransformedMesh, part
 
+# Chosen, not measured.
 _SAMPLE = 1_500  # faces between which contacts are looked for
 _LANDMARKS = 60  # vertices from which distances along the surface are known
 _HORIZON = 1.5  # √A: farther along the surface is as good as infinite
@@ -17,7 +18,7 @@ _FAR = 0.35  # √A: at least so long is the way along the surface between two p
 _DETOURS = (2.0, 1.2)  # and so many times the gap; the second where the first holds for fewer
 _ENOUGH = 50  # faces than that
 _THROUGH = 4.0  # factor on a gap that is bridged through the inside of the body
-_LUCK = 0.4  # standard deviation of the logarithm that chance adds to a gap
+_JITTER = 0.4  # standard deviation of the logarithm by which chance changes a gap
 
 
 def weld(
@@ -25,27 +26,35 @@ def weld(
 ) -> TransformedMesh:
     """Weld faces that lie near in space and far along the surface.
 
-    Two such faces are taken out and their corners made one, pair by pair, in the middle: a
-    handle. Faces are chosen so that the surface stays a manifold where it was one. Where
-    too little is near enough, the narrowest gaps there are get welded.
+    Two such faces are taken out and their corners made one, pair by pair, in the middle: a handle.
+    Faces are chosen so that the surface stays a manifold where it was one. Where too little is near
+    enough, the narrowest gaps there are get welded.
 
     Parameters
     ----------
     mesh : TriangleMesh
+        Of any topology.
     fewest, most : int
         Number of welds; fewer than that only where there is no room for them.
     gap : float
         Widest gap that is welded before there are the fewest, in √A.
     rng : Generator
         Decides which of the gaps are welded.
+
+    Returns
+    -------
+    TransformedMesh
+        Without the faces that were taken out.
     """
     pairs, gaps = _contacts(mesh, rng)  # (c, 2), (c,)
-    lucky = np.argsort(gaps * np.exp(_LUCK * rng.normal(size=len(gaps))), kind="stable")
-    near = lucky[gaps[lucky] <= gap * np.sqrt(mesh.area)]
-    room = _Room(mesh)
-    chosen = [pair for pair in pairs[near] if room.left(most) and room.take(pair)]
+    tried = np.argsort(gaps * np.exp(_JITTER * rng.normal(size=len(gaps))), kind="stable")
+    near = tried[gaps[tried] <= gap * np.sqrt(mesh.area)]
+    untouched = _Untouched(mesh)
+    chosen = [pair for pair in pairs[near] if untouched.has_fewer(most) and untouched.take(pair)]
     narrow = np.argsort(gaps, kind="stable")
-    chosen += [pair for pair in pairs[narrow] if room.left(fewest) and room.take(pair)]
+    chosen += [
+        pair for pair in pairs[narrow] if untouched.has_fewer(fewest) and untouched.take(pair)
+    ]
     return _welded(mesh, chosen)
 
 
@@ -91,7 +100,7 @@ def _ways_along(
     return np.asarray(np.minimum(least, least.T), dtype=np.float64)
 
 
-class _Room:
+class _Untouched:
     """Vertices that no weld has touched yet; those of the boundary are not for welding."""
 
     def __init__(self, mesh: TriangleMesh) -> None:
@@ -106,7 +115,7 @@ class _Room:
         self._taken[boundary_edges(mesh)] = True
         self._welds = 0
 
-    def left(self, welds: int) -> bool:
+    def has_fewer(self, welds: int) -> bool:
         """Whether there are fewer than so many welds yet."""
         return self._welds < welds
 

@@ -1,0 +1,75 @@
+"""Edges: counted, measured and joined as the closed forms of a triangle and a tetrahedron say."""
+
+import numpy as np
+from numpy.testing import assert_allclose, assert_array_equal
+from scipy.sparse.csgraph import dijkstra
+
+from tests.meshes import icosphere, rectangle, single_triangle, tetrahedron, union
+from workers.geometry.edges import (
+    component_labels,
+    directed_edges,
+    edge_keys,
+    edge_lengths,
+    length_graph,
+    symmetric_graph,
+    undirected_edges,
+)
+from workers.geometry.mesh import TriangleMesh
+
+
+def test_edges_of_one_triangle() -> None:
+    mesh = single_triangle()
+    assert_array_equal(directed_edges(mesh.faces), [[0, 1], [1, 2], [2, 0]])
+    assert_array_equal(undirected_edges(mesh), [[0, 1], [0, 2], [1, 2]])
+    lengths = edge_lengths(mesh.vertices, undirected_edges(mesh))
+    assert_allclose(lengths, [1.0, 1.0, np.sqrt(2.0)], rtol=1e-15)
+
+
+def test_every_edge_of_a_closed_mesh_comes_once_in_each_direction() -> None:
+    mesh = icosphere(1)
+    halves = {tuple(edge) for edge in directed_edges(mesh.faces).tolist()}
+    assert len(halves) == 3 * mesh.n_faces
+    assert halves == {(j, i) for i, j in halves}
+    assert len(undirected_edges(mesh)) == 3 * mesh.n_faces // 2
+
+
+def test_a_mesh_without_faces_has_no_edges() -> None:
+    empty = TriangleMesh(np.zeros((0, 3)), np.zeros((0, 3), dtype=np.int64))
+    assert undirected_edges(empty).shape == (0, 2)
+    assert component_labels(undirected_edges(empty), 3).tolist() == [0, 1, 2]
+
+
+def test_keys_do_not_see_the_direction_and_ascend_with_sorted_edges() -> None:
+    edges = undirected_edges(icosphere(2))
+    keys = edge_keys(edges, 162)
+    assert (np.diff(keys) > 0).all()
+    assert_array_equal(edge_keys(edges[:, ::-1], 162), keys)
+
+
+def test_weights_of_an_edge_add_up_and_the_graph_is_symmetric_to_the_bit() -> None:
+    edges = np.array([[0, 1], [0, 1], [1, 2]])
+    matrix = symmetric_graph(edges, np.array([0.1, 0.2, 0.7]), 4).toarray()
+    expected = np.zeros((4, 4))
+    expected[0, 1] = expected[1, 0] = 0.1 + 0.2
+    expected[1, 2] = expected[2, 1] = 0.7
+    assert_array_equal(matrix, expected)
+
+
+def test_paths_along_the_graph_of_lengths_are_sums_of_edges() -> None:
+    mesh = rectangle(5, 1, 5.0, 1.0)
+    distances = dijkstra(length_graph(mesh, undirected_edges(mesh)), indices=0)
+    assert_allclose(distances[:7], [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 1.0], rtol=1e-15)
+
+
+def test_an_edge_of_no_length_still_connects() -> None:
+    places = np.array([[0.0, 0, 0], [0, 0, 0], [1, 0, 0]])
+    mesh = TriangleMesh(places, np.array([[0, 1, 2]]))
+    graph = length_graph(mesh, undirected_edges(mesh))
+    assert graph.nnz == 6
+    assert_allclose(dijkstra(graph, indices=0), [0.0, 0.0, 1.0], atol=1e-300)
+
+
+def test_components_are_labelled_by_their_first_vertex() -> None:
+    mesh = union(tetrahedron(), tetrahedron())
+    labels = component_labels(undirected_edges(mesh), mesh.n_vertices + 1)
+    assert_array_equal(labels, [0] * 4 + [1] * 4 + [2])
