@@ -14,7 +14,7 @@ from workers.geometry.inertia import ShiftedFactor, factorise, factorise_between
 from workers.geometry.lanczos import BlockLanczos, RitzPairs
 
 DENSE_VERTICES = 500
-"""Up to so many vertices LAPACK computes all eigenpairs; decision 0020 has the crossing."""
+"""Up to so many vertices LAPACK computes all eigenpairs; chosen, not measured."""
 
 _DENSE_SHARE = 5  # where more than a fifth of all eigenpairs are wanted LAPACK computes all
 _LAST_RESORT_VERTICES = 4000  # the most that LAPACK is given when all else failed; chosen, 30 s
@@ -45,7 +45,7 @@ STRATEGIES = (
     Strategy(block=32, position=0.41),
     Strategy(block=0, position=-0.02),
 )
-"""From the fastest to the surest; block and shift of the first are measured in decision 0020.
+"""From the fastest to the surest: ``python -m benchmarks.spectrum --strategies`` compares others.
 
 Below the spectrum (the last) the factor is definite, and a block wider than k finds every copy of
 a multiple eigenvalue.
