@@ -165,3 +165,63 @@ def test_useless_faces_of_a_step_are_removed_with_their_vertices() -> None:
     assert without_useless_faces(bad).n_vertices == 6
     mesh = octahedron()
     assert without_useless_faces(mesh) is mesh
+
+
+@st.composite
+def dirty_meshes(draw: st.DrawFn) -> TriangleMesh:
+    """Meshes with vertices in the same or nearly the same place, needles, repeats and specks."""
+    rng = np.random.default_rng(draw(st.integers(0, 2**32)))
+    n = draw(st.integers(5, 60))
+    vertices = rng.integers(0, draw(st.integers(1, 8)), size=(n, 3)).astype(np.float64)
+    noise = draw(st.sampled_from([0.0, 1e-10, 1e-9, 1e-8, 1e-6, 1e-5]))
+    vertices += noise * rng.normal(size=(n, 3))
+    vertices[: n // 4] *= draw(st.sampled_from([1.0, 1e-3, 1e3]))
+    faces = rng.integers(0, n, size=(draw(st.integers(5, 150)), 3))
+    return TriangleMesh(vertices, faces)
+
+
+@settings(max_examples=300, deadline=None)
+@given(mesh=dirty_meshes())
+def test_cleaning_again_changes_nothing_whatever_was_wrong(mesh: TriangleMesh) -> None:
+    try:
+        once = clean(mesh).mesh
+    except InvalidMeshError:
+        return
+    again = clean(once)
+    assert again.mesh is once
+    assert again.repairs == ()
+
+
+@settings(max_examples=100, deadline=None)
+@given(mesh=dirty_meshes(), exponent=st.integers(-100, 100))
+def test_the_unit_does_not_matter_to_the_last_bit(mesh: TriangleMesh, exponent: int) -> None:
+    """A power of two changes no digit of the coordinates, so it changes no decision."""
+    unit = 2.0**exponent
+    try:
+        expected = clean(mesh)
+    except InvalidMeshError:
+        with pytest.raises(InvalidMeshError):
+            clean(scaled(mesh, unit))
+        return
+    found = clean(scaled(mesh, unit))
+    assert found.repairs == expected.repairs
+    assert_array_equal(found.mesh.vertices, unit * expected.mesh.vertices)
+    assert_array_equal(found.mesh.faces, expected.mesh.faces)
+
+
+def faces_as_a_set(mesh: TriangleMesh) -> set[frozenset[tuple[float, ...]]]:
+    """Each face as the places of its corners, whatever their order and numbers."""
+    return {frozenset(map(tuple, corners)) for corners in mesh.vertices[mesh.faces].tolist()}
+
+
+@settings(max_examples=100, deadline=None)
+@given(seed=st.integers(0, 2**32), size=st.integers(2, 9))
+def test_no_numbering_leaves_other_faces(seed: int, size: int) -> None:
+    """On a grid, so that vertices in one place are in exactly one place."""
+    rng = np.random.default_rng(seed)
+    vertices = rng.integers(0, size, size=(60, 3)).astype(np.float64)
+    mesh = TriangleMesh(vertices, rng.integers(0, 60, size=(90, 3)))
+    shuffled, _ = renumbered(mesh, rng)
+    first, second = clean(mesh), clean(shuffled)
+    assert first.repairs == second.repairs
+    assert faces_as_a_set(first.mesh) == faces_as_a_set(second.mesh)

@@ -1,12 +1,15 @@
 """OFF, OBJ, PLY and STL: what is written reads back, and every promised variant is read."""
 
 import struct
+from typing import Literal
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 from numpy.testing import assert_allclose, assert_array_equal
 
-from tests.meshes import box, bumpy_sphere, icosphere, octahedron
+from tests.meshes import box, bumpy_sphere, icosphere, octahedron, renumbered, scaled
 from workers.errors import InvalidMeshError, UnsupportedFormatError
 from workers.geometry.formats import WRITTEN_FORMATS, detect_format, parse, write
 from workers.geometry.mesh import TriangleMesh
@@ -249,3 +252,48 @@ def test_the_mesh_of_parse_is_read_only() -> None:
     assert isinstance(mesh, TriangleMesh)
     with pytest.raises(ValueError, match="read-only"):
         mesh.vertices[0] = np.zeros(3)
+
+
+@st.composite
+def any_meshes(draw: st.DrawFn, *, width: Literal[32, 64]) -> TriangleMesh:
+    """Meshes of any finite coordinates of a precision, and of any faces."""
+    largest = 2.0**126 if width == 32 else 2.0**1000
+    number = st.floats(-largest, largest, width=width, allow_subnormal=width == 64)
+    vertices = draw(st.lists(st.tuples(number, number, number), min_size=3, max_size=12))
+    corner = st.integers(0, len(vertices) - 1)
+    faces = draw(st.lists(st.tuples(corner, corner, corner), min_size=1, max_size=20))
+    return TriangleMesh(np.array(vertices), np.array(faces))
+
+
+@pytest.mark.parametrize("format", ["off", "obj", "ply"])
+@settings(max_examples=60, deadline=None)
+@given(mesh=any_meshes(width=64))
+def test_double_precision_reads_back_bit_for_bit(format: str, mesh: TriangleMesh) -> None:
+    found = parse(write(mesh, format)).mesh
+    assert found.vertices.tobytes() == mesh.vertices.tobytes()
+    assert_array_equal(found.faces, mesh.faces)
+
+
+@pytest.mark.parametrize("format", ["stl", "glb"])
+@settings(max_examples=60, deadline=None)
+@given(mesh=any_meshes(width=32))
+def test_single_precision_reads_back_number_for_number(format: str, mesh: TriangleMesh) -> None:
+    found = parse(write(mesh, format)).mesh
+    corners = mesh.vertices[mesh.faces]
+    assert_array_equal(found.vertices[found.faces], corners)  # a transform makes 0 of -0
+    if format == "glb":
+        assert_array_equal(found.vertices, mesh.vertices)
+        assert_array_equal(found.faces, mesh.faces)
+
+
+@pytest.mark.parametrize("format", WRITTEN_FORMATS)
+@settings(max_examples=10, deadline=None)
+@given(seed=st.integers(0, 1000), exponent=st.integers(-30, 30))
+def test_numbering_and_unit_survive_writing(format: str, seed: int, exponent: int) -> None:
+    """What is written of a renumbered mesh in another unit reads back as the mesh, so changed."""
+    mesh = octahedron()
+    shuffled, _ = renumbered(mesh, np.random.default_rng(seed))
+    found = parse(write(scaled(shuffled, 2.0**exponent), format)).mesh
+    expected = parse(write(shuffled, format)).mesh
+    assert_array_equal(found.vertices, 2.0**exponent * expected.vertices)
+    assert_array_equal(found.faces, expected.faces)

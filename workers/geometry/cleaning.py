@@ -67,12 +67,13 @@ def clean(mesh: TriangleMesh) -> CleanedMesh:
     _report(repairs, "merged {} duplicate {}", len(vertices) - len(representatives), VERTICES)
     vertices, faces = vertices[representatives], merged[faces]
 
-    kept = faces[~_degenerate(vertices / extent, faces)]
+    scaled = _in_units_of(vertices, extent)
+    kept = faces[~_degenerate(scaled, faces)]
     _report(repairs, "dropped {} zero-area {}", len(faces) - len(kept), FACES)
     faces = kept[_first_of_their_kind(kept)]
     _report(repairs, "dropped {} duplicate {}", len(kept) - len(faces), FACES)
 
-    whole, n_fragments = _without_fragments(vertices / extent, faces)
+    whole, n_fragments = _without_fragments(scaled, faces)
     _report(repairs, "left out {} {} below 1 % of the area", n_fragments, FRAGMENTS)
     vertices, faces = _without_unreferenced(vertices, whole)
     if len(faces) < FEWEST_FACES:
@@ -129,7 +130,7 @@ def useful_faces(mesh: TriangleMesh) -> IntArray:
         The mesh has no extent, or one beyond 1e±60.
     """
     extent = _require_extent(mesh.vertices)
-    sound = np.flatnonzero(~_degenerate(mesh.vertices / extent, mesh.faces))
+    sound = np.flatnonzero(~_degenerate(_in_units_of(mesh.vertices, extent), mesh.faces))
     useful: IntArray = sound[_first_of_their_kind(mesh.faces[sound])]
     return useful
 
@@ -175,6 +176,14 @@ def _require_extent(vertices: FloatArray) -> float:
             f"expected between {SMALLEST_EXTENT:g} and {LARGEST_EXTENT:g}"
         )
     return longest * float(np.linalg.norm(sides / longest))
+
+
+def _in_units_of(vertices: FloatArray, extent: float) -> FloatArray:
+    """Vertices (n, 3) divided by about the extent: by a power of two, which rounds nothing.
+
+    So nothing is decided otherwise when a mesh is cleaned again, or given in another unit.
+    """
+    return np.ldexp(vertices, -int(np.frexp(extent)[1]))
 
 
 def _without_unreferenced(vertices: FloatArray, faces: IntArray) -> tuple[FloatArray, IntArray]:
