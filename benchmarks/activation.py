@@ -19,7 +19,8 @@ from rich.progress import track
 from workers.creatures import SPECIES, make_creature
 from workers.geometry.formats import write
 from workers.logs import configure_logs
-from workers.pipeline.plans import ingest_part, plan_activation
+from workers.pipeline.activation_plan import plan_activation
+from workers.pipeline.part_kinds import ingest_part
 from workers.pipeline.work import run_pending
 from workers.settings import Settings
 from workers.storage.blobs import BlobStore, mesh_key

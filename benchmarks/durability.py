@@ -20,7 +20,7 @@ from rich.console import Console
 from sqlalchemy import event
 
 from workers.logs import configure_logs
-from workers.pipeline.plans import ingest_part
+from workers.pipeline.part_kinds import ingest_part
 from workers.settings import Settings
 from workers.storage.blobs import BlobStore, mesh_key
 from workers.storage.collections import create_collection, get_collection

@@ -21,7 +21,7 @@ from service.schemas.pages import PageAnswer, answer_page
 from service.security import ADMINISTERS, READS, WRITES
 from service.waiting import hold_on
 from workers.errors import NameTakenError
-from workers.pipeline.plans import plan_activation
+from workers.pipeline.activation_plan import plan_activation
 from workers.storage.collections import (
     count_shapes,
     create_collection,

@@ -22,8 +22,9 @@ from tests.pipeline.evaluations import Zoo
 from tests.pipeline.trainings import begin_bank, begin_training, small_bench, work
 from tests.pipeline.uploads import store_upload
 from workers.geometry.formats import write
+from workers.pipeline.activation_plan import plan_activation
 from workers.pipeline.outcome import Outcome, Verb
-from workers.pipeline.plans import plan_activation, query_part, unpack_part
+from workers.pipeline.part_kinds import query_part, unpack_part
 from workers.pipeline.unpack import unpack as unpack_archive
 from workers.pipeline.verbs import VERBS
 from workers.pipeline.workbench import Workbench

@@ -18,7 +18,7 @@ from workers.errors import (
     ShapeNotReadyError,
 )
 from workers.pipeline.outcome import Outcome
-from workers.pipeline.plans import ingest_part, unpack_part
+from workers.pipeline.part_kinds import ingest_part, unpack_part
 from workers.pipeline.work import run_claim
 from workers.settings import Settings
 from workers.storage.blobs import BlobStore

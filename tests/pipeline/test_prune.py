@@ -14,7 +14,7 @@ from sqlalchemy import select
 from tests.pipeline.crashes import CrashError
 from tests.pipeline.uploads import Upload, potato
 from workers.pipeline.outcome import GoOn
-from workers.pipeline.plans import unpack_part
+from workers.pipeline.part_kinds import unpack_part
 from workers.pipeline.prune import plan_pruning, plan_pruning_if_due, prune, prune_part
 from workers.pipeline.unpack import unpack
 from workers.pipeline.work import run_part, run_pending

@@ -12,8 +12,9 @@ from sqlalchemy import select
 from tests.pipeline.uploads import Upload, potato
 from workers.errors import SpectrumError
 from workers.geometry.arrays import Float32Array
+from workers.pipeline.activation_plan import plan_activation
 from workers.pipeline.outcome import Outcome, Verb
-from workers.pipeline.plans import plan_activation, query_part, unpack_part
+from workers.pipeline.part_kinds import query_part, unpack_part
 from workers.pipeline.redescribe import describe_stored, redescribe
 from workers.pipeline.unpack import unpack
 from workers.pipeline.verbs import VERBS

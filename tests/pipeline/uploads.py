@@ -5,7 +5,7 @@ from hashlib import sha256
 
 from tests.meshes import bumpy_sphere
 from workers.geometry.formats import write
-from workers.pipeline.plans import ingest_part
+from workers.pipeline.part_kinds import ingest_part
 from workers.storage.blobs import BlobStore, mesh_key
 from workers.storage.collections import get_collection
 from workers.storage.database import Database

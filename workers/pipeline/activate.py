@@ -7,7 +7,7 @@ from sqlalchemy.orm import Session
 
 from workers.errors import ModelNotReadyError
 from workers.pipeline.outcome import Outcome
-from workers.pipeline.plans import activate_part, describe_parts
+from workers.pipeline.part_kinds import activate_part, describe_parts
 from workers.pipeline.workbench import Workbench
 from workers.storage.descriptors import is_described, undescribed_shapes
 from workers.storage.models import Collection, Job, Shape

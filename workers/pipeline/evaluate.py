@@ -15,7 +15,7 @@ from sqlalchemy.orm import Session
 from workers.errors import BlobNotFoundError, CollectionNotFoundError, ConflictError
 from workers.pipeline.evaluation_plan import Frame, load_frame, store_frame
 from workers.pipeline.outcome import Outcome
-from workers.pipeline.plans import QUERIES_A_PART, evaluate_part, query_ranges, rank_parts
+from workers.pipeline.part_kinds import QUERIES_A_PART, evaluate_part, query_ranges, rank_parts
 from workers.pipeline.workbench import Workbench
 from workers.retrieval.evaluation import summarise
 from workers.retrieval.protocol import LeftOut

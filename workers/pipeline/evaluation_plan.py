@@ -8,7 +8,7 @@ from dataclasses import astuple, dataclass
 from sqlalchemy.orm import Session
 
 from workers.errors import ShapeNotReadyError
-from workers.pipeline.plans import describe_parts, evaluate_part
+from workers.pipeline.part_kinds import describe_parts, evaluate_part
 from workers.retrieval.protocol import EvaluatedShape, LeftOut, Protocol, make_protocol
 from workers.storage.blobs import BlobStore, frame_key
 from workers.storage.collections import get_collection

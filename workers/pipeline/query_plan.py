@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
-from workers.pipeline.plans import query_part
+from workers.pipeline.part_kinds import query_part
 from workers.storage.descriptors import store_query_vectors
 from workers.storage.jobs import OPEN, create_job
 from workers.storage.models import Collection, Job, Json, Part, Query

@@ -14,7 +14,7 @@ from workers.errors import UnsupportedFormatError, UploadTooLargeError
 from workers.geometry.formats.naming import read_name
 from workers.pipeline.archives import Entry, count_entries, read_archive
 from workers.pipeline.outcome import GoOn, Outcome
-from workers.pipeline.plans import entry_parts, ingest_part
+from workers.pipeline.part_kinds import entry_parts, ingest_part
 from workers.pipeline.workbench import Workbench
 from workers.storage.blobs import archive_key, mesh_key
 from workers.storage.models import Collection, Job, Shape

@@ -7,7 +7,7 @@ from typing import Any
 from sqlalchemy import select, update
 from sqlalchemy.orm import Session
 
-from workers.pipeline.plans import ingest_part, unpack_part
+from workers.pipeline.part_kinds import ingest_part, unpack_part
 from workers.storage.jobs import MAX_ERRORS, OPEN, create_job
 from workers.storage.models import Collection, Job, Part, Shape
 from workers.storage.shapes import NewShape, create_shape

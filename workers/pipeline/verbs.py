@@ -1,8 +1,7 @@
 """Which verb does which kind of part.
 
 A verb computes without any transaction and returns an `Outcome`; it commits and sends nothing.
-To write a new one: a function of workbench and claim, a kind of part in `workers.pipeline.plans`,
-and a line here.
+To write a new one: a function of workbench and claim, a kind of part, and a line here.
 """
 
 from collections.abc import Mapping

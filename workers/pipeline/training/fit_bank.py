@@ -6,7 +6,7 @@ import numpy as np
 
 from workers.geometry.arrays import Float32Array
 from workers.pipeline.outcome import Outcome
-from workers.pipeline.plans import fit_bank_part
+from workers.pipeline.part_kinds import fit_bank_part
 from workers.pipeline.training.fit import Material, fit_model
 from workers.pipeline.training.results import Arrays
 from workers.pipeline.training.variant import DESCRIPTOR

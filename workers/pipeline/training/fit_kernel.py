@@ -4,7 +4,7 @@ from collections import Counter
 from functools import partial
 
 from workers.pipeline.outcome import Outcome
-from workers.pipeline.plans import fit_part
+from workers.pipeline.part_kinds import fit_part
 from workers.pipeline.training.fit import Material, fit_model
 from workers.pipeline.training.pair import MeasuredPair
 from workers.pipeline.workbench import Workbench
