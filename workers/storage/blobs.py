@@ -331,10 +331,9 @@ class BlobStore:
         -------
         None if there is no such blob.
         """
-        path = self._path(key)
         self._files.invalidate_cache()  # a store that remembers listings would say what was
         try:
-            found = self._files.info(path)
+            found = self._files.info(path := self._path(key))
         except FileNotFoundError:
             return None
         return StoredBlob(key, int(found["size"] or 0), self._modified(path, found))
