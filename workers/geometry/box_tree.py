@@ -1,7 +1,7 @@
 """Trees of boxes over triangles: which of them can lie within a distance of a point.
 
-The triangles are sorted into classes of size, and each class has its own tree, so that a large
-triangle among small ones does not widen the boxes of the small ones.
+The triangles are sorted into classes of size, and each class has its own tree. So a large triangle
+among small ones does not widen the boxes of the small ones.
 """
 
 from collections.abc import Iterator

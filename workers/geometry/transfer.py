@@ -58,9 +58,9 @@ class SurfacePoints:
 def closest_points(mesh: TriangleMesh, positions: FloatArray) -> SurfacePoints:
     """Find the points of a surface closest to some positions, exactly.
 
-    No face is left out that could be closer (decision 19), so the result is that of a comparison
-    with every face: the smallest squared distance, and among equal ones the first face. It
-    depends on nothing else, neither the order of the positions nor how many there are.
+    No face is left out that could be closer (decision 19). So the result is that of a comparison
+    with every face: the smallest squared distance, and among equal ones the first face. The order
+    and the number of the positions do not matter.
 
     Parameters
     ----------

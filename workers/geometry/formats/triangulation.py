@@ -116,8 +116,8 @@ def _cut_folded(points: FloatArray) -> IntArray | None:
 def _projected(points: FloatArray) -> FloatArray | None:
     """Corners (c, 2) in the polygon's own plane, against the clock, or None without a plane.
 
-    The plane is that of the vector area: half the sum of the cross products of the sides as
-    seen from the first corner, so the area in the plane is the polygon's vector area.
+    The plane is that of the vector area (Newell): half the sum of the cross products of
+    neighbouring corners. So the area in the plane is the polygon's vector area.
     """
     with np.errstate(all="ignore"):  # NaN and overflow are cleaning's to report
         offsets = points - points[0]
