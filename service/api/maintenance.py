@@ -46,7 +46,7 @@ def show(services: ServicesDep) -> FreeableAnswer:
 async def prune(services: ServicesDep, response: Response, wait: Wait = 0) -> JobAccepted:
     """Free what is older than it has to be kept, while all else goes on.
 
-    The job's `result` says what was freed. If one is at work already, it is that job.
+    The job's `result` says what was freed. If such a job is running, the answer names that one.
     """
     job = await run_in_threadpool(_plan, services)
     job = await hold_on(services.database, job.id, wait)

@@ -1,7 +1,7 @@
-"""What is no longer needed is freed, one kind of things after another.
+"""The job that frees what is no longer needed, one kind after another.
 
-Each part of the job frees one kind for some time, then follows up with the rest: no part runs into
-the hard limit of a task, and what a crash interrupts is begun again where the part began.
+Each part of the job frees one kind for some time, then follows up with the rest. So no part runs
+into the hard limit of a task. After a crash a part begins again where it began.
 """
 
 import time

@@ -1,11 +1,11 @@
 """The order in which descriptors changed, as every replica sees it.
 
-The number is drawn from a counter row inside the committing transaction: its row lock is held
-until the commit, so that the order of numbers is the order of commits and a reader that has
-seen number n has seen all below it. A database sequence does not give that.
+The number is drawn from a counter row inside the committing transaction. The lock of that row is
+held until the commit, so the order of numbers is the order of commits. A reader that has seen
+number n has seen all below it. A database sequence does not give that.
 
-A deletion is a change too. Its row is pruned after some days; the newest one that was pruned is
-noted for each (collection, model), so that a reader who has not come so far reads all anew.
+A deletion is a change too. Its row is pruned after some days. The newest one that was pruned is
+noted for each (collection, model). A reader that has not come so far reads everything again.
 """
 
 from collections.abc import Iterator

@@ -15,8 +15,8 @@ BUSY_MILLISECONDS = 30_000
 class Database:
     """Where the rows are.
 
-    On SQLite a writing transaction starts with ``BEGIN IMMEDIATE``: a deferred one that turns
-    from reading to writing fails at once when another has written, whatever the busy timeout.
+    On SQLite a writing transaction starts with ``BEGIN IMMEDIATE``. A deferred one that turns from
+    reading to writing fails at once if another has written, whatever the busy timeout.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Rows of descriptors: of shapes, in the change feed, and of meshes that were asked with."""
+"""Rows of descriptors: those of shapes, in the change feed, and those of query meshes."""
 
 import time
 from collections.abc import Iterable, Sequence

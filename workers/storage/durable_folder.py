@@ -138,8 +138,8 @@ class DurableFolder:
     def _make_folder(self, folder: Path) -> None:
         """Make a folder and those above it.
 
-        Each folder's entry is synchronised at its first use in this process, whoever made it:
-        another process may have made it just now, and not be as far yet.
+        Each folder's entry is synchronised at its first use in this process, whoever made it.
+        Another process may have made it just now, and not have synchronised it yet.
         """
         if folder.is_dir() and (folder in self._durable or not folder.is_relative_to(self._root)):
             return

@@ -203,7 +203,7 @@ class PrunedChange(Base):
 
 
 class QueryDescriptor(Base):
-    """The descriptor of a mesh that was asked with, by its content."""
+    """The descriptor of a query's mesh, by its content."""
 
     __tablename__ = "query_descriptors"
     sha256: Mapped[str] = mapped_column(String(64), primary_key=True)
@@ -213,7 +213,7 @@ class QueryDescriptor(Base):
 
 
 class Query(Base):
-    """A question asked with a mesh; it is ranked anew each time it is read."""
+    """A query by mesh; it is ranked again each time it is read."""
 
     __tablename__ = "queries"
     id: Mapped[str] = mapped_column(String(36), primary_key=True)

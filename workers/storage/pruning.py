@@ -1,8 +1,8 @@
 """All kinds of things that are kept for some time only: how much can be freed, and freeing it.
 
 Rows come first: what only an old query or job needed is then free in the same run. Each kind is
-freed in small steps with a transaction of their own, so that others can write between two of them
-and a run that is broken off loses nothing.
+freed in small steps, each with its own transaction. Others can write between two steps, and a run
+that is interrupted loses nothing.
 """
 
 from collections.abc import Callable, Iterator, Mapping

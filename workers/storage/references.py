@@ -1,9 +1,9 @@
 """Which contents rows refer to, and the lock that keeps a new reference and a deletion apart.
 
-A blob is stored before the row that refers to it is committed. So whoever makes a reference calls
-``hold_blobs`` in that transaction and looks whether the blob is still there; whoever deletes calls
-``lock_blobs`` and looks whether a row refers to it by now. One of the two then waits for the other
-and sees what it did.
+A blob is stored before the row that refers to it is committed. So a transaction that makes a
+reference calls ``hold_blobs`` and looks whether the blob is still there. One that deletes a blob
+calls ``lock_blobs`` and looks whether a row refers to it by now. One of the two then waits for the
+other, and sees what it did.
 """
 
 import re

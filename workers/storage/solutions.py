@@ -2,8 +2,8 @@
 
 Eigenvectors are kept in half precision, as those of the surface at area 1: about 1 MB a shape,
 and retrieval was measured level with double precision. Descriptors are made from what is read
-back, never from what is still in memory, so that a shape described at its upload and one
-described again later have the same bits.
+back, never from what is still in memory. So a shape described at its upload and one described
+again later have the same bits.
 """
 
 from collections.abc import Mapping

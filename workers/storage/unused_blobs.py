@@ -52,7 +52,7 @@ class Found:
 
 @dataclass(frozen=True)
 class Step:
-    """What a step of a run freed, and where a run that is broken off after it goes on.
+    """What a step of a run freed, and where an interrupted run goes on.
 
     Attributes
     ----------
