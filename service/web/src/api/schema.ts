@@ -21,7 +21,7 @@ export interface components {
         };
         /**
          * AskedWith
-         * @description What was asked with: a stored shape, or a mesh by its content.
+         * @description The query: a stored shape, or a mesh by its content.
          */
         AskedWith: {
             /** Shape Id */
@@ -31,12 +31,12 @@ export interface components {
         };
         /**
          * BankParameters
-         * @description Several channels of ln k(x,x), fused by Σ w (D/s)^p.
+         * @description Channels chosen among kernels, eigenvalues, points and area, fused by Σ w (D/s)^p.
          */
         BankParameters: {
             /**
              * Views
-             * @description how shapes are prepared: with compact holes closed or not, smoothed or not, or (detailed) closed with 200 eigenpairs instead of 100; every candidate channel is tried under each, and a view that no channel needs is dropped
+             * @description how shapes are prepared: `closed` and `open` as for one kernel, `smooth` and `smooth-open` the same smoothed, `detailed` as `closed` with 200 eigenpairs instead of 100. Every candidate channel is tried under each; a view that no channel needs is dropped
              * @default [
              *       "detailed",
              *       "smooth"
@@ -51,26 +51,26 @@ export interface components {
             power: number;
             /**
              * Channels
-             * @description at most so many are kept
+             * @description at most so many are chosen
              * @default 100
              */
             channels: number;
         };
         /**
          * BankTraining
-         * @description From what a bank learns: creatures, a collection, or both; it needs no correspondences.
+         * @description What a bank learns from: creatures, a collection, or both; it needs no correspondences.
          */
         BankTraining: {
             /**
              * Collection
-             * @description whose shapes are learned from; procedural creatures if left out
+             * @description learn from its shapes; from procedural creatures if left out
              */
             collection?: string | null;
             /**
              * Transformations
-             * @description each is applied to every shape: isometry, topology, holes, micro-holes, scale, local-scale, sampling, noise, shot-noise, partial, all, affine, view; none with `vertex-order`
+             * @description each is applied to every shape: isometry, topology, holes, micro-holes, scale, local-scale, sampling, noise, shot-noise, partial, all, affine, view; leave them out with `vertex-order`
              */
-            transformations?: string[];
+            transformations?: ("isometry" | "topology" | "holes" | "micro-holes" | "scale" | "local-scale" | "sampling" | "noise" | "shot-noise" | "partial" | "all" | "affine" | "view")[];
             /**
              * Strengths
              * @description of each transformation; all if left out
@@ -78,11 +78,11 @@ export interface components {
             strengths?: number[] | null;
             /**
              * Correspondence
-             * @description `vertex-order`: shapes of one label share their vertices' order, and are each other's transformations
+             * @description a bank simulates all of its transformations
              * @default simulated
              * @enum {string}
              */
-            correspondence: "simulated" | "vertex-order";
+            correspondence: "simulated";
             /**
              * Seed
              * @default 0
@@ -95,13 +95,20 @@ export interface components {
             shapes?: number | null;
             /**
              * Creatures
-             * @description so many procedural creatures, beside the shapes of a collection or alone; none with a collection and 60 without one if left out
+             * @description so many procedural creatures, beside the shapes of a collection or alone; if left out, none with a collection and 60 without one
              */
             creatures?: number | null;
+        } | {
+            /** @constant */
+            correspondence?: "simulated";
+        } | {
+            collection: string;
+            strengths?: null;
+            transformations?: unknown;
         };
         /**
          * BatchQuery
-         * @description Up to a hundred questions, answered in order.
+         * @description Up to a hundred queries, answered in order.
          */
         BatchQuery: {
             /** Queries */
@@ -109,7 +116,7 @@ export interface components {
         };
         /**
          * BatchResult
-         * @description One result a question, in the order of the questions.
+         * @description One result a query, in the order of the queries.
          */
         BatchResult: {
             /** Results */
@@ -195,7 +202,7 @@ export interface components {
             values: number[];
             /**
              * Asked Values
-             * @description of what was asked with
+             * @description of the query
              */
             asked_values: number[];
         };
@@ -247,11 +254,12 @@ export interface components {
         };
         /**
          * CommuteTimeParameters
-         * @description K²(λ) = 1/λ; its distances are the same in every unit.
+         * @description K²(λ) = 1/λ; its distances have no unit, so the unit changes no ranking.
          */
         CommuteTimeParameters: {
             /**
              * View
+             * @description `closed` fills every boundary loop whose length p has p²/area at most 50, and glues the mirror image on a mesh with a longer one; `open` does neither
              * @default closed
              * @enum {string}
              */
@@ -266,7 +274,7 @@ export interface components {
         };
         /**
          * ComparedWith
-         * @description What was asked with: a stored shape, or a stored query.
+         * @description The query: a stored shape, or a stored query by mesh.
          */
         ComparedWith: {
             /** Shape Id */
@@ -276,7 +284,7 @@ export interface components {
         };
         /**
          * ComparisonAnswer
-         * @description Why a shape matches: the distance, and the channels whose shares it is the sum of.
+         * @description Why a shape matches: the distance, and each channel's share of it.
          */
         ComparisonAnswer: {
             /**
@@ -319,12 +327,12 @@ export interface components {
             /** Equals */
             equals?: boolean | number | string | null;
             /** In */
-            in?: (boolean | number | string | null)[] | null;
-            range?: components["schemas"]["Range"] | null;
-        };
+            in?: (boolean | number | string | null)[];
+            range?: components["schemas"]["Range"];
+        } & (unknown | unknown | unknown);
         /**
          * Differences
-         * @description How far a model is above the first one, paired: both on the same resamplings.
+         * @description How much better a model is than the first one, on the same resamplings of labels.
          */
         Differences: {
             mean_of_rows?: components["schemas"]["Interval"] | null;
@@ -508,6 +516,46 @@ export interface components {
             should?: components["schemas"]["Condition"][];
         };
         /**
+         * Freeable
+         * @description What can be freed of a kind.
+         */
+        Freeable: {
+            /** Kind */
+            kind: string;
+            /** What */
+            what: string;
+            /**
+             * Kept Days
+             * @description how long things of this kind are kept
+             */
+            kept_days: number;
+            /**
+             * Count
+             * @description rows or files
+             */
+            count: number;
+            /**
+             * Bytes
+             * @description of files, and of vectors in rows
+             */
+            bytes: number;
+        };
+        /**
+         * FreeableAnswer
+         * @description What can be freed, by kind.
+         */
+        FreeableAnswer: {
+            /** Count */
+            count: number;
+            /** Bytes */
+            bytes: number;
+            /**
+             * Kinds
+             * @description in the order in which they are freed
+             */
+            kinds: components["schemas"]["Freeable"][];
+        };
+        /**
          * Fusion
          * @description Distance = sum over channels of weight * (dissimilarity / scale) ** power.
          *
@@ -520,18 +568,19 @@ export interface components {
         };
         /**
          * GridParameters
-         * @description K² on a grid γ in ln λ, eq. (10).
+         * @description K² at the points of a grid in ln λ, eq. (10).
          */
         GridParameters: {
             /**
              * View
+             * @description `closed` fills every boundary loop whose length p has p²/area at most 50, and glues the mirror image on a mesh with a longer one; `open` does neither
              * @default closed
              * @enum {string}
              */
             view: "closed" | "open";
             /**
              * Criterion
-             * @description what changes least: k(x,x') as in eq. (7), or d²(x,x')
+             * @description what should change least under the transformations: k(x,x'), eq. (7), or d²(x,x')
              * @default distance
              * @enum {string}
              */
@@ -545,7 +594,7 @@ export interface components {
             unit: "none" | "area" | "first-eigenvalue";
             /**
              * Margin
-             * @description how far beyond the range learned from K² goes on
+             * @description K² goes on by this factor beyond the eigenvalues learned from
              * @default 4
              */
             margin: number;
@@ -569,6 +618,7 @@ export interface components {
         HeatParameters: {
             /**
              * View
+             * @description `closed` fills every boundary loop whose length p has p²/area at most 50, and glues the mirror image on a mesh with a longer one; `open` does neither
              * @default closed
              * @enum {string}
              */
@@ -604,14 +654,14 @@ export interface components {
         };
         /**
          * JobAccepted
-         * @description The job that was made, or is at work already.
+         * @description The new job, or the one that does this already.
          */
         JobAccepted: {
             job: components["schemas"]["JobAnswer"];
         };
         /**
          * JobAnswer
-         * @description Long work.
+         * @description Work that takes longer than a request, in parts.
          */
         JobAnswer: {
             /** Id */
@@ -620,7 +670,7 @@ export interface components {
              * Kind
              * @enum {string}
              */
-            kind: "ingest" | "query" | "train" | "describe" | "evaluate";
+            kind: "ingest" | "query" | "train" | "describe" | "evaluate" | "prune";
             /**
              * State
              * @enum {string}
@@ -641,6 +691,13 @@ export interface components {
             collection: string | null;
             /** Model */
             model: string | null;
+            /**
+             * Result
+             * @description what it found out, where that is stored nowhere else: what a `prune` freed
+             */
+            result: {
+                [key: string]: unknown;
+            } | null;
             /**
              * Created At
              * Format: date-time
@@ -686,18 +743,19 @@ export interface components {
         };
         /**
          * LearningParameters
-         * @description What every learned kernel has.
+         * @description What all methods have that learn one kernel.
          */
         LearningParameters: {
             /**
              * View
+             * @description `closed` fills every boundary loop whose length p has p²/area at most 50, and glues the mirror image on a mesh with a longer one; `open` does neither
              * @default closed
              * @enum {string}
              */
             view: "closed" | "open";
             /**
              * Criterion
-             * @description what changes least: k(x,x') as in eq. (7), or d²(x,x')
+             * @description what should change least under the transformations: k(x,x'), eq. (7), or d²(x,x')
              * @default distance
              * @enum {string}
              */
@@ -711,7 +769,7 @@ export interface components {
             unit: "none" | "area" | "first-eigenvalue";
             /**
              * Margin
-             * @description how far beyond the range learned from K² goes on
+             * @description K² goes on by this factor beyond the eigenvalues learned from
              * @default 4
              */
             margin: number;
@@ -822,7 +880,7 @@ export interface components {
         };
         /**
          * NewBank
-         * @description Channels chosen and weighted so that a copy finds its own shape before all others.
+         * @description Channels chosen and weighted so that a changed copy finds its own shape first.
          */
         NewBank: {
             /**
@@ -862,7 +920,7 @@ export interface components {
         };
         /**
          * NewCollection
-         * @description A collection that is to be made.
+         * @description A new collection.
          */
         NewCollection: {
             /**
@@ -902,7 +960,7 @@ export interface components {
         };
         /**
          * NewEvaluation
-         * @description Models that are to be measured on a collection.
+         * @description Models to measure on a collection.
          */
         NewEvaluation: {
             /**
@@ -919,7 +977,7 @@ export interface components {
              * Dissimilarity
              * @description compares all channels by this one instead of each by its own
              */
-            dissimilarity?: string | null;
+            dissimilarity?: ("l1" | "l2" | "linf" | "normalised-l1" | "normalised-l2" | "kullback-leibler" | "jensen-shannon" | "bhattacharyya" | "hellinger" | "chi-squared" | "earth-movers" | "kolmogorov-smirnov") | null;
         };
         /**
          * NewGrid
@@ -963,7 +1021,7 @@ export interface components {
         };
         /**
          * NewHeatTime
-         * @description The heat kernel at the time that is best by the criterion.
+         * @description The heat kernel at the time that minimises the criterion.
          */
         NewHeatTime: {
             /**
@@ -981,12 +1039,12 @@ export interface components {
         };
         /**
          * NewModel
-         * @description A model that is to be made; those with nothing to learn are ready at once.
+         * @description A model to make; one with nothing to learn is ready at once.
          */
         NewModel: components["schemas"]["NewHeat"] | components["schemas"]["NewCommuteTime"] | components["schemas"]["NewBiharmonic"] | components["schemas"]["NewShapeDna"] | components["schemas"]["NewHeatTime"] | components["schemas"]["NewSpline"] | components["schemas"]["NewGrid"] | components["schemas"]["NewBank"];
         /**
          * NewShapeDna
-         * @description Eigenvalues themselves.
+         * @description The eigenvalues themselves, as in ShapeDNA.
          */
         NewShapeDna: {
             /**
@@ -1087,7 +1145,7 @@ export interface components {
         QueryRank: {
             /**
              * Query
-             * @description id of the shape that was asked with
+             * @description id of the query's shape
              */
             query: string;
             /** Model */
@@ -1105,9 +1163,9 @@ export interface components {
         };
         /**
          * QueryResult
-         * @description The shapes most like what was asked with, the nearest first.
+         * @description The shapes most like the query, the nearest first.
          *
-         *     The same question has the same answer, bit for bit, on any replica.
+         *     The same query has the same answer, bit for bit, on any replica.
          */
         QueryResult: {
             /** Collection */
@@ -1143,7 +1201,33 @@ export interface components {
             lt?: number | string | null;
             /** Lte */
             lte?: number | string | null;
-        };
+        } | ({
+            gt?: number | null;
+            gte?: number | null;
+            lt?: number | null;
+            lte?: number | null;
+        } | {
+            gt: number;
+        } | {
+            gte: number;
+        } | {
+            lt: number;
+        } | {
+            lte: number;
+        }) | ({
+            gt?: string | null;
+            gte?: string | null;
+            lt?: string | null;
+            lte?: string | null;
+        } | {
+            gt: string;
+        } | {
+            gte: string;
+        } | {
+            lt: string;
+        } | {
+            lte: string;
+        });
         /**
          * Readiness
          * @description Whether requests can be served.
@@ -1175,7 +1259,7 @@ export interface components {
         };
         /**
          * ShapeAnswer
-         * @description A mesh in a collection, and what was found out about it.
+         * @description A mesh in a collection, and what was computed of it.
          */
         ShapeAnswer: {
             /** Id */
@@ -1264,6 +1348,7 @@ export interface components {
         ShapeDnaParameters: {
             /**
              * View
+             * @description `closed` fills every boundary loop whose length p has p²/area at most 50, and glues the mirror image on a mesh with a longer one; `open` does neither
              * @default closed
              * @enum {string}
              */
@@ -1287,7 +1372,7 @@ export interface components {
         };
         /**
          * ShapeQuery
-         * @description A question asked with a stored shape, of this collection or another.
+         * @description A query by a stored shape, of this collection or another.
          */
         ShapeQuery: {
             /**
@@ -1305,7 +1390,7 @@ export interface components {
              * Dissimilarity
              * @description compares all channels by this one instead of each by its own
              */
-            dissimilarity?: string | null;
+            dissimilarity?: ("l1" | "l2" | "linf" | "normalised-l1" | "normalised-l2" | "kullback-leibler" | "jensen-shannon" | "bhattacharyya" | "hellinger" | "chi-squared" | "earth-movers" | "kolmogorov-smirnov") | null;
             /**
              * Max Distance
              * @description leaves out what is farther
@@ -1342,7 +1427,7 @@ export interface components {
         };
         /**
          * SkippedShape
-         * @description A shape that was not asked with.
+         * @description A shape that was no query.
          */
         SkippedShape: {
             /** Id */
@@ -1369,13 +1454,14 @@ export interface components {
         SplineParameters: {
             /**
              * View
+             * @description `closed` fills every boundary loop whose length p has p²/area at most 50, and glues the mirror image on a mesh with a longer one; `open` does neither
              * @default closed
              * @enum {string}
              */
             view: "closed" | "open";
             /**
              * Criterion
-             * @description what changes least: k(x,x') as in eq. (7), or d²(x,x')
+             * @description what should change least under the transformations: k(x,x'), eq. (7), or d²(x,x')
              * @default distance
              * @enum {string}
              */
@@ -1389,13 +1475,13 @@ export interface components {
             unit: "none" | "area" | "first-eigenvalue";
             /**
              * Margin
-             * @description how far beyond the range learned from K² goes on
+             * @description K² goes on by this factor beyond the eigenvalues learned from
              * @default 4
              */
             margin: number;
             /**
              * Splines
-             * @description how many, q; if left out, as many as put their knots a factor e apart
+             * @description how many, q; by default so many that knots are a factor e apart
              */
             splines?: number | null;
             /**
@@ -1406,7 +1492,7 @@ export interface components {
             smoothness: number;
             /**
              * Nonnegative
-             * @description false: the closed form, put to 0 where it is negative
+             * @description true: K² is at least 0 by its coefficients; false: the closed form of eq. (13), set to 0 where it is negative
              * @default true
              */
             nonnegative: boolean;
@@ -1425,19 +1511,19 @@ export interface components {
         };
         /**
          * Training
-         * @description From what to learn; all choices are made by the seed, nothing is random.
+         * @description What to learn from; the seed decides every choice, so the same request learns the same.
          */
         Training: {
             /**
              * Collection
-             * @description whose shapes are learned from; procedural creatures if left out
+             * @description learn from its shapes; from procedural creatures if left out
              */
             collection?: string | null;
             /**
              * Transformations
-             * @description each is applied to every shape: isometry, topology, holes, micro-holes, scale, local-scale, sampling, noise, shot-noise, partial, all, affine, view; none with `vertex-order`
+             * @description each is applied to every shape: isometry, topology, holes, micro-holes, scale, local-scale, sampling, noise, shot-noise, partial, all, affine, view; leave them out with `vertex-order`
              */
-            transformations?: string[];
+            transformations?: ("isometry" | "topology" | "holes" | "micro-holes" | "scale" | "local-scale" | "sampling" | "noise" | "shot-noise" | "partial" | "all" | "affine" | "view")[];
             /**
              * Strengths
              * @description of each transformation; all if left out
@@ -1445,7 +1531,7 @@ export interface components {
             strengths?: number[] | null;
             /**
              * Correspondence
-             * @description `vertex-order`: shapes of one label share their vertices' order, and are each other's transformations
+             * @description `simulated`: transformations are applied here; `vertex-order`: shapes of one label have the same vertices in the same order, each a transformation of the others
              * @default simulated
              * @enum {string}
              */
@@ -1460,10 +1546,17 @@ export interface components {
              * @description at most so many, spread evenly over the labels; 12 creatures or 50 shapes of a collection if left out
              */
             shapes?: number | null;
+        } | {
+            /** @constant */
+            correspondence?: "simulated";
+        } | {
+            collection: string;
+            strengths?: null;
+            transformations?: unknown;
         };
         /**
          * UploadAnswer
-         * @description The job that computes an upload, and its shapes; those of a zip appear as it goes on.
+         * @description The job that computes an upload, and its shapes. Shapes of a zip appear during the job.
          */
         UploadAnswer: {
             job: components["schemas"]["JobAnswer"];
@@ -1484,11 +1577,12 @@ export interface components {
         };
         /**
          * ViewParameters
-         * @description How shapes are prepared: with compact holes closed, or as they are.
+         * @description How shapes are prepared before their spectrum is computed.
          */
         ViewParameters: {
             /**
              * View
+             * @description `closed` fills every boundary loop whose length p has p²/area at most 50, and glues the mirror image on a mesh with a longer one; `open` does neither
              * @default closed
              * @enum {string}
              */
@@ -1521,7 +1615,7 @@ export interface components {
             detail: string;
             /**
              * Instance
-             * @description the path that was asked for
+             * @description path of the request
              */
             instance: string;
             /**

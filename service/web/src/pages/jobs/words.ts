@@ -4,10 +4,11 @@ import type { Job, JobKind, State } from "../../api/types";
 
 export const KINDS: Record<JobKind, string> = {
   ingest: "Computing shapes",
-  query: "Answering a question",
+  query: "Answering a query",
   train: "Training a model",
   describe: "Moving a collection to a model",
   evaluate: "Measuring models",
+  prune: "Freeing space",
 };
 
 export const STATES: Record<State, string> = {
