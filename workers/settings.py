@@ -30,7 +30,7 @@ FOREIGN = CLIENT_VARIABLES | frozenset(
 MEBIBYTE = 1 << 20
 LIGHT, INGEST = "light", "ingest"
 QUEUES = (LIGHT, INGEST)
-"""What workers take work from, in the order in which they look: a question overtakes uploads."""
+"""What workers take work from, in the order in which they look: a query overtakes uploads."""
 
 
 class SettingsError(ValueError):

@@ -98,11 +98,11 @@ def demo(
 
 def _show(client: Client, output: Output, settings: Settings) -> list[Answer]:
     """Make the collection, upload it, and return the answers to all queries."""
-    from proteus.cli.demo_shapes import demo_questions, demo_shapes, generator_key, write_meshes
+    from proteus.cli.demo_shapes import demo_queries, demo_shapes, generator_key, write_meshes
 
     folder = settings.data_path / "demo" / generator_key()
-    shapes, questions = demo_shapes(), demo_questions()
-    meshes = [*shapes, *questions]
+    shapes, queries = demo_shapes(), demo_queries()
+    meshes = [*shapes, *queries]
     with output.progress(unit="creatures") as bar:
         task = bar.add_task("making   ", total=len(meshes))
         for done in write_meshes(meshes, folder, processes=settings.worker_processes):
@@ -113,14 +113,14 @@ def _show(client: Client, output: Output, settings: Settings) -> list[Answer]:
     result = upload_files(client, output, COLLECTION, files)
     if result.errors:
         output.table(errors_table(result.errors, title="[red]failed[/]"))
-    return [_ask(client, output, question, folder / question.path) for question in questions]
+    return [_ask(client, output, query, folder / query.path) for query in queries]
 
 
-def _ask(client: Client, output: Output, question: "DemoMesh", path: Path) -> Answer:
+def _ask(client: Client, output: Output, query: "DemoMesh", path: Path) -> Answer:
     """Search with one deformed copy, and show the ranked answer."""
     options = {"limit": MATCHES}
     result = query_by_mesh(client, COLLECTION, path.name, path.read_bytes(), options)
-    answer = Answer(question.creature, question.deformation, path, result)
+    answer = Answer(query.creature, query.deformation, path, result)
     if not output.as_json:
         title = f"\n[bold]{escape(answer.creature)}[/] {escape(answer.deformation)}"
         output.console.print(matches_table(result, own=f"{answer.creature}-", title=title))

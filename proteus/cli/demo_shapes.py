@@ -16,7 +16,7 @@ from workers.geometry.mesh import TriangleMesh
 from workers.transformations import transform
 
 SHAPES = 60
-QUESTIONS = 12
+QUERIES = 12
 STORED_POSES = (1, 2)
 OTHER_POSE = 7
 IN_ANOTHER_POSE = "in another pose"
@@ -59,7 +59,7 @@ class DemoMesh:
         """Where its file is, below the demo's folder."""
         if self.deformation:
             how = self.deformation.replace(" ", "-")
-            return Path("questions", f"{self.creature}-{how}.ply")
+            return Path("queries", f"{self.creature}-{how}.ply")
         return Path("creatures", self.species, f"{self.creature}-{self.pose:02}.ply")
 
     def make(self) -> TriangleMesh:
@@ -89,13 +89,13 @@ def demo_shapes() -> list[DemoMesh]:
     return shapes[: max(SHAPES, len(SPECIES))]
 
 
-def demo_questions() -> list[DemoMesh]:
+def demo_queries() -> list[DemoMesh]:
     """Return the queries: each of another species, the deformations in turn."""
     kinds = list(DEFORMATIONS)
-    chosen = [SPECIES[i * len(SPECIES) // QUESTIONS] for i in range(QUESTIONS)]
+    chosen = [SPECIES[i * len(SPECIES) // QUERIES] for i in range(QUERIES)]
     return [
         DemoMesh(species, 1, OTHER_POSE if kind == IN_ANOTHER_POSE else STORED_POSES[0], kind)
-        for species, kind in zip(chosen, kinds * QUESTIONS, strict=False)
+        for species, kind in zip(chosen, kinds * QUERIES, strict=False)
     ]
 
 

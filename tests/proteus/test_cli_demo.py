@@ -10,7 +10,7 @@ from proteus.cli.demo_shapes import (
     DEFORMATIONS,
     IN_ANOTHER_POSE,
     DemoMesh,
-    demo_questions,
+    demo_queries,
     demo_shapes,
     write_meshes,
 )
@@ -21,23 +21,23 @@ from workers.geometry.formats import parse
 
 
 def test_demo_asks_for_creatures_that_are_in_the_collection() -> None:
-    shapes, questions = demo_shapes(), demo_questions()
+    shapes, queries = demo_shapes(), demo_queries()
     assert {shape.species for shape in shapes} == set(SPECIES)
     assert len({shape.path for shape in shapes}) == len(shapes) >= 60
-    assert len({question.species for question in questions}) == len(questions) >= 10
-    assert {question.deformation for question in questions} == set(DEFORMATIONS)
-    assert {question.creature for question in questions} <= {shape.creature for shape in shapes}
-    for question in questions:
-        stored = {shape.pose for shape in shapes if shape.creature == question.creature}
-        assert (question.pose in stored) == (question.deformation != IN_ANOTHER_POSE)
+    assert len({query.species for query in queries}) == len(queries) >= 10
+    assert {query.deformation for query in queries} == set(DEFORMATIONS)
+    assert {query.creature for query in queries} <= {shape.creature for shape in shapes}
+    for query in queries:
+        stored = {shape.pose for shape in shapes if shape.creature == query.creature}
+        assert (query.pose in stored) == (query.deformation != IN_ANOTHER_POSE)
 
 
 def test_question_is_the_same_each_time_and_no_copy_of_the_shape() -> None:
     stored = DemoMesh("worm", 1, 1).make()
     for deformation in DEFORMATIONS:
         pose = 7 if deformation == IN_ANOTHER_POSE else 1
-        question = DemoMesh("worm", 1, pose, deformation)
-        one, two = question.make(), question.make()
+        query = DemoMesh("worm", 1, pose, deformation)
+        one, two = query.make(), query.make()
         assert np.array_equal(one.vertices, two.vertices)
         assert np.array_equal(one.faces, two.faces)
         assert not np.array_equal(one.vertices, stored.vertices)
@@ -83,7 +83,7 @@ def test_small_demo_with_the_real_service_finds_every_creature(
         monkeypatch.delenv(name)
     monkeypatch.setattr("proteus.cli.demo_shapes.SPECIES", ("horse", "chair", "octopus"))
     monkeypatch.setattr("proteus.cli.demo_shapes.SHAPES", 5)
-    monkeypatch.setattr("proteus.cli.demo_shapes.QUESTIONS", 3)
+    monkeypatch.setattr("proteus.cli.demo_shapes.QUERIES", 3)
     monkeypatch.setenv("TMPDIR", str(tmp_path))
     arguments = ["demo", "--exit", "--json", "--port", "0", "--data-dir", str(tmp_path / "data")]
     for _ in range(2):  # the second reuses what the first has made

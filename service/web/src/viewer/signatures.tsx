@@ -27,7 +27,7 @@ export interface Signatures {
 }
 
 /**
- * ln(A k(x,x)) at every vertex of the shapes or questions at these places of the API: without a
+ * ln(A k(x,x)) at every vertex of the shapes or queries at these places of the API: without a
  * unit, so that shapes of different scale have the same colours.
  */
 export function useSignatures(places: string[], kernel: PaintedKernel | null): Signatures {

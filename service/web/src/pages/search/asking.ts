@@ -1,4 +1,4 @@
-// Questions: with a stored shape, or with a mesh that the person has.
+// Queries: with a stored shape, or with a mesh that the person has.
 
 import { ask, Problem, send, upload } from "../../api/client";
 import { watchJob } from "../../api/jobs";
@@ -17,7 +17,7 @@ export interface Narrowing {
 /** How many matches are fetched at once; fewer are shown as the slider says. */
 export const MOST_MATCHES = 100;
 
-/** Where a question that was sent is. */
+/** Where a query that was sent is. */
 export type Stage = { at: "sending"; share: number } | { at: "waiting"; job: Job | null };
 
 /** Mesh files of this tab's queries, by the id of the query. */
@@ -42,7 +42,7 @@ export function askWithShape(
   return ask<QueryResult>(`v1/collections/${collection}/query`, { json, signal });
 }
 
-/** Send a mesh as a question; the id under which its answer is found. */
+/** Send a mesh as a query; the id under which its answer is found. */
 export async function askWithMesh(
   collection: string,
   file: File,
@@ -59,12 +59,12 @@ export async function askWithMesh(
   const path = `v1/collections/${collection}/query/mesh?wait=0`;
   const sent = await upload<{ query_id?: string }>(path, form, (share) => report({ at: "sending", share }), signal);
   const id = sent.answer.query_id ?? sent.location?.split("/").pop();
-  if (!id) throw new Problem(-1, "The question cannot be found again", "The service gave it no address.");
+  if (!id) throw new Problem(-1, "The query cannot be found again", "The service gave it no address.");
   files.set(id, file);
   return id;
 }
 
-/** The answer to a question, once its mesh is described. */
+/** The answer to a query, once its mesh is described. */
 export async function answerOf(
   query: string,
   report: (stage: Stage) => void,
@@ -79,7 +79,7 @@ export async function answerOf(
   }
 }
 
-/** The mesh of a question: the person's own file, or what the service kept of it. */
+/** The mesh of a query: the person's own file, or what the service kept of it. */
 export async function meshOf(query: string, signal: AbortSignal): Promise<File> {
   const own = files.get(query);
   if (own) return own;

@@ -1,4 +1,4 @@
-// The question beside one of its matches: two viewers that turn together, and why they match.
+// The query beside one of its matches: two viewers that turn together, and why they match.
 
 import { useCallback, useRef, useState } from "preact/hooks";
 import { ask } from "../../api/client";
@@ -37,7 +37,7 @@ export function Comparison(props: Props) {
   const together = useTogether();
   const name = asked.value?.name ?? (subject.kind === "query" ? fileOf(subject.id)?.name : null) ?? "your mesh";
   return (
-    <section class="panel comparison" aria-label="The question and the chosen match">
+    <section class="panel comparison" aria-label="The query and the chosen match">
       <div class="pair">
         <Viewer
           mesh={`${place}/mesh?format=glb`}

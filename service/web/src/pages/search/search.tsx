@@ -149,7 +149,7 @@ function Waiting(props: { stage: Stage | null }) {
   );
 }
 
-/** Sending meshes as questions; the answer's address becomes the page's. */
+/** Sending meshes as queries; the answer's address becomes the page's. */
 function useAsking(collection: string, narrowing: Narrowing, report: (stage: Stage | null) => void) {
   const [isBusy, setBusy] = useState(false);
   const [problem, setProblem] = useState<ReturnType<typeof asProblem> | null>(null);

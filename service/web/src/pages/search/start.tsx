@@ -1,4 +1,4 @@
-// Before a question: where to drop a mesh, and stored shapes to begin with.
+// Before a query: where to drop a mesh, and stored shapes to begin with.
 
 import { useRef, useState } from "preact/hooks";
 import { ask } from "../../api/client";
