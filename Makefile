@@ -6,7 +6,7 @@ BIN    := $(VENV)/bin
 PIP    := $(BIN)/python -m pip --disable-pip-version-check install --quiet
 DATA   ?= proteus-data
 TRAINING ?= proteus-training
-TESTERS ?= auto
+TESTERS ?= $(shell $(PYTHON) -c 'import os; print(os.cpu_count() + 1)')
 PORT   ?= 8000
 
 export PIP_REQUIRE_VIRTUALENV := 1

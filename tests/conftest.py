@@ -1,5 +1,6 @@
 """Fixtures for the whole suite: databases of both kinds, blobs, settings."""
 
+import tempfile
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -32,6 +33,13 @@ def database_url(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[str
     else:
         with postgres_database(request.getfixturevalue("postgres")) as url:
             yield url
+
+
+@pytest.fixture
+def short_folder() -> Iterator[Path]:
+    """A folder for sockets, whose paths may have 107 bytes: that of a test is too long."""
+    with tempfile.TemporaryDirectory(prefix="proteus-", ignore_cleanup_errors=True) as folder:
+        yield Path(folder)
 
 
 @pytest.fixture

@@ -47,7 +47,7 @@ def kill_once_it_works(builder: subprocess.Popen[str], variants: Path) -> None:
 
 @pytest.mark.slow
 @pytest.mark.skipif(not Path("/proc/self/task").exists(), reason="looks at processes by /proc")
-def test_a_killed_worker_changes_nothing(tmp_path: Path) -> None:
+def test_a_killed_worker_changes_nothing(tmp_path: Path, short_folder: Path) -> None:
     environment = {k: v for k, v in os.environ.items() if not k.startswith("PROTEUS_")}
     builder = subprocess.Popen(
         [
@@ -56,7 +56,7 @@ def test_a_killed_worker_changes_nothing(tmp_path: Path) -> None:
             *("--working-vertices", "500", "--workers", "1"),
         ],
         cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
-        env={**environment, "TMPDIR": str(tmp_path), "PROTEUS_LEASE_SECONDS": "5"},
+        env={**environment, "TMPDIR": str(short_folder), "PROTEUS_LEASE_SECONDS": "5"},
     )  # fmt: skip
     killer = threading.Thread(
         target=kill_once_it_works, args=(builder, tmp_path / "data" / "blobs" / "variants")

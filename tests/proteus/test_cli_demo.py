@@ -77,14 +77,14 @@ def test_unknown_species_is_named(tmp_path: Path) -> None:
 
 @pytest.mark.slow
 def test_small_demo_with_the_real_service_finds_every_creature(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    tmp_path: Path, short_folder: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     for name in [name for name in os.environ if name.startswith("PROTEUS_")]:
         monkeypatch.delenv(name)
     monkeypatch.setattr("proteus.cli.demo_shapes.SPECIES", ("horse", "chair", "octopus"))
     monkeypatch.setattr("proteus.cli.demo_shapes.SHAPES", 5)
     monkeypatch.setattr("proteus.cli.demo_shapes.QUERIES", 3)
-    monkeypatch.setenv("TMPDIR", str(tmp_path))
+    monkeypatch.setenv("TMPDIR", str(short_folder))
     arguments = ["demo", "--exit", "--json", "--port", "0", "--data-dir", str(tmp_path / "data")]
     for _ in range(2):  # the second reuses what the first has made
         result = CliRunner().invoke(app, arguments)

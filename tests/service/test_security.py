@@ -47,6 +47,8 @@ NEEDED = {
     ("POST", f"{JOB}/cancel"): "write",
     ("POST", f"{JOB}/retry"): "write",
     ("GET", f"{JOB}/events"): "read",
+    ("GET", "/v1/prune"): "admin",
+    ("POST", "/v1/prune"): "admin",
 }
 ALLOWED = {"read": {"read"}, "write": {"read", "write"}, "admin": {"read", "write", "admin"}}
 

@@ -38,8 +38,8 @@ def eventually(condition: Callable[[], bool], *, seconds: float = 20.0) -> bool:
 
 
 @pytest.fixture
-def settings(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Settings:
-    monkeypatch.setattr("tempfile.tempdir", str(tmp_path / "t"))
+def settings(tmp_path: Path, short_folder: Path, monkeypatch: pytest.MonkeyPatch) -> Settings:
+    monkeypatch.setattr("tempfile.tempdir", str(short_folder))
     return load_settings({}, data_dir=tmp_path / "data", port=0, worker_processes=1)
 
 

@@ -59,7 +59,7 @@ main()
 class Service:
     """``proteus serve`` in a process of its own."""
 
-    def __init__(self, directory: Path) -> None:
+    def __init__(self, directory: Path, sockets: Path) -> None:
         self.data = directory / "data"
         environment = {k: v for k, v in os.environ.items() if not k.startswith("PROTEUS_")}
         self.process = subprocess.Popen(
@@ -70,7 +70,7 @@ class Service:
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,
             text=True,
-            env={**environment, "TMPDIR": str(directory)},
+            env={**environment, "TMPDIR": str(sockets)},
             start_new_session=True,
         )
 
@@ -119,8 +119,8 @@ def _eventually(condition: Callable[[], bool]) -> bool:
 
 
 @pytest.fixture
-def service(tmp_path: Path) -> Iterator[Service]:
-    running = Service(tmp_path)
+def service(tmp_path: Path, short_folder: Path) -> Iterator[Service]:
+    running = Service(tmp_path, short_folder)
     yield running
     running.process.kill()
     running.process.communicate()
@@ -146,9 +146,11 @@ def test_every_child_recovers_from_a_kill_and_nothing_is_left(service: Service) 
     assert "migrated sqlite:///" in (service.data / "logs" / "database.log").read_text()
 
 
-def test_second_start_on_one_directory_is_refused(service: Service, tmp_path: Path) -> None:
+def test_second_start_on_one_directory_is_refused(
+    service: Service, tmp_path: Path, short_folder: Path
+) -> None:
     url = service.wait_up()
-    second = Service(tmp_path)
+    second = Service(tmp_path, short_folder)
     document, told = second.process.communicate(timeout=30)
     assert second.process.returncode == 1
     assert f"already served by process {service.process.pid} at {url}" in told

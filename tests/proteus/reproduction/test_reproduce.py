@@ -214,11 +214,11 @@ def test_a_plan_without_scaling_is_refused() -> None:
 
 @pytest.mark.slow
 def test_a_tiny_reproduction_with_the_real_service_finds_the_slope_of_commute_time(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    tmp_path: Path, short_folder: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     for name in [name for name in os.environ if name.startswith("PROTEUS_")]:
         monkeypatch.delenv(name)
-    monkeypatch.setenv("TMPDIR", str(tmp_path))
+    monkeypatch.setenv("TMPDIR", str(short_folder))
     plan = Plan(tmp_path, Size(2, 2, 2000, 1500, (1,), 3, (1, 3), ("isometry", "scale")))
     settings = load_settings(data_dir=tmp_path / "service", port=0, working_vertices=1500)
     with service_for(settings) as (url, _), Client(url) as client:
