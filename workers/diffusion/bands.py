@@ -8,7 +8,7 @@ import numpy as np
 from workers.errors import InvalidRequestError
 from workers.geometry.arrays import FloatArray
 
-WAVE_WIDTH = 0.35  # in ln λ (SCIENCE.md, section 4)
+WAVE_WIDTH = 0.35  # in ln λ; from a study before the first model, not measured since
 
 
 @dataclass(frozen=True)

@@ -1,8 +1,8 @@
 """The one table of what each transformation does at strengths 1 to 5; docs repeat it.
 
-Shares of area and the growth by noise are what was measured on real SHREC files (SCIENCE.md,
-sections 3 and 4). Lengths are in units of √A, the square root of the surface area, so that they
-depend neither on the unit nor on the resolution.
+Shares of area and the growth by noise are what was measured on real SHREC files
+(docs/transformations.md says which). Lengths are in units of √A, the square root of the surface
+area, so that they depend neither on the unit nor on the resolution.
 """
 
 from collections.abc import Mapping
