@@ -6,7 +6,7 @@ BIN    := $(VENV)/bin
 PIP    := $(BIN)/python -m pip --disable-pip-version-check install --quiet
 DATA   ?= proteus-data
 TRAINING ?= proteus-training
-TESTERS ?= $(shell $(PYTHON) -c 'import os; print(os.cpu_count() + 1)')
+TESTERS ?= auto
 PORT   ?= 8000
 
 export PIP_REQUIRE_VIRTUALENV := 1
@@ -33,7 +33,7 @@ serve: $(VENV)/.runtime ## start everything: broker, worker and API as one progr
 	@$(BIN)/proteus serve --data-dir $(DATA) --port $(PORT)
 
 test: $(VENV)/.dev page ## set up and pass all tests
-	$(BIN)/python -m pytest --numprocesses $(TESTERS) --dist worksteal $(PYTEST)
+	$(BIN)/python -m pytest --numprocesses $(TESTERS) --dist loadfile $(PYTEST)
 
 check: $(VENV)/.dev ## lint, types and import contracts
 	$(BIN)/ruff check .

@@ -153,7 +153,7 @@ def test_second_start_on_one_directory_is_refused(
     second = Service(tmp_path, short_folder)
     document, told = second.process.communicate(timeout=30)
     assert second.process.returncode == 1
-    assert f"already served by process {service.process.pid} at {url}" in told
+    assert f"already served by process {service.process.pid} at {url}" in " ".join(told.split())
     assert "already served" in json.loads(document)["detail"]
     service.process.send_signal(signal.SIGTERM)
     assert service.process.wait(timeout=30) == 0
