@@ -20,17 +20,23 @@ MOST_BYTES = 300_000
 """Of one file; the zoo's have less."""
 
 
+@pytest.fixture(autouse=True)
+def _quiet() -> Iterator[None]:
+    """No lines of the service among those of the command line, while a test runs."""
+    usual = structlog.get_config()
+    structlog.configure(wrapper_class=structlog.make_filtering_bound_logger(logging.CRITICAL))
+    yield
+    structlog.configure(**usual)
+
+
 @pytest.fixture(scope="session")
 def running(tmp_path_factory: pytest.TempPathFactory) -> Iterator[RealService]:
     """A service for all tests of this folder; the collection "zoo" is computed."""
-    usual = structlog.get_config()
-    structlog.configure(wrapper_class=structlog.make_filtering_bound_logger(logging.CRITICAL))
     folder = tmp_path_factory.mktemp("service")
     with real_service(folder, max_upload_bytes=MOST_BYTES) as service:
         with service.client() as client:
             upload_files(client, "zoo", zoo_files())
         yield service
-    structlog.configure(**usual)
 
 
 @pytest.fixture
