@@ -24,10 +24,25 @@ from workers.storage.solutions import load_solution, store_solution
 
 @dataclass(frozen=True)
 class ReadMesh:
-    """A mesh as it was read: cleaned, with what cleaning did and how the file was written."""
+    """A mesh as it was read: cleaned, with what was done to it and how the file was written.
+
+    Attributes
+    ----------
+    mesh : TriangleMesh
+        The cleaned mesh.
+    repairs : tuple of str
+        What reading and cleaning did.
+    found : tuple of str
+        What else the file holds.
+    format : str
+        As `ParsedMesh` has it.
+    up : "y" or "z"
+        The axis that points up.
+    """
 
     mesh: TriangleMesh
     repairs: tuple[str, ...]
+    found: tuple[str, ...]
     format: str
     up: Literal["y", "z"]
 
@@ -58,7 +73,8 @@ def read_mesh(blobs: BlobStore, sha256: str, *, filename: str, settings: Setting
     """
     parsed = parse_upload(blobs, sha256, filename=filename, settings=settings)
     cleaned = clean(parsed.mesh)
-    return ReadMesh(cleaned.mesh, cleaned.repairs, parsed.format, parsed.up)
+    repairs = (*parsed.repairs, *cleaned.repairs)
+    return ReadMesh(cleaned.mesh, repairs, parsed.found, parsed.format, parsed.up)
 
 
 def parse_upload(blobs: BlobStore, sha256: str, *, filename: str, settings: Settings) -> ParsedMesh:

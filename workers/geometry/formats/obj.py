@@ -8,15 +8,15 @@ from workers.errors import InvalidMeshError
 from workers.geometry.arrays import FloatArray
 from workers.geometry.formats.limits import MeshLimits
 from workers.geometry.formats.polygons import polygon_mesh, require_faces, require_indices
+from workers.geometry.formats.reading import Reading
 from workers.geometry.formats.tokens import Polygons, floats, integers
-from workers.geometry.mesh import TriangleMesh
 
 ELEMENT = re.compile(rb"^[ \t]*([vf])[ \t]+([^\r\n#]*)", re.MULTILINE)
 CONTINUATION = re.compile(rb"\\[ \t]*\r?\n")
 TEXTURE_AND_NORMAL = re.compile(rb"/[^ \t\n]*")
 
 
-def read_obj(data: bytes, limits: MeshLimits) -> TriangleMesh:
+def read_obj(data: bytes, limits: MeshLimits) -> Reading:
     """Read an OBJ file: polygons, ``v/vt/vn`` corners, relative indices, colours.
 
     Parameters
@@ -28,7 +28,7 @@ def read_obj(data: bytes, limits: MeshLimits) -> TriangleMesh:
 
     Returns
     -------
-    TriangleMesh
+    Reading
         Vertices in the order of the file, polygons cut into triangles.
 
     Raises
@@ -50,7 +50,7 @@ def read_obj(data: bytes, limits: MeshLimits) -> TriangleMesh:
         polygons = _absolute(polygons, [kind == b"v" for kind, _ in elements])
     of_corners = np.repeat(np.arange(len(face_lines)), polygons.counts)
     require_indices(polygons.corners - 1, of_corners, len(vertices), first=1)
-    return polygon_mesh(vertices, Polygons(polygons.counts, polygons.corners - 1), limits)
+    return Reading(polygon_mesh(vertices, Polygons(polygons.counts, polygons.corners - 1), limits))
 
 
 def _vertices(lines: list[bytes]) -> FloatArray:

@@ -8,15 +8,15 @@ from workers.errors import InvalidMeshError
 from workers.geometry.arrays import FloatArray
 from workers.geometry.formats.limits import MeshLimits, check_length
 from workers.geometry.formats.polygons import polygon_mesh
+from workers.geometry.formats.reading import Reading
 from workers.geometry.formats.tokens import Polygons, floats, integers, polygon_lines, quoted
-from workers.geometry.mesh import TriangleMesh
 
 KEYWORD = re.compile(rb"\s*((?:ST)?C?N?4?n?OFF)")
 COMMENT = re.compile(rb"#[^\r\n]*")
 SHORTEST_VERTEX, SHORTEST_FACE = len(b"0 0 0\n"), len(b"0\n")
 
 
-def read_off(data: bytes, limits: MeshLimits) -> TriangleMesh:
+def read_off(data: bytes, limits: MeshLimits) -> Reading:
     """Read an OFF file: comments, colours, normals, polygons, any line ends, no keyword needed.
 
     Parameters
@@ -28,7 +28,7 @@ def read_off(data: bytes, limits: MeshLimits) -> TriangleMesh:
 
     Returns
     -------
-    TriangleMesh
+    Reading
         Vertices in the order of the file, polygons cut into triangles.
 
     Raises
@@ -53,7 +53,7 @@ def read_off(data: bytes, limits: MeshLimits) -> TriangleMesh:
         polygons = polygon_lines(rows[n_vertices : n_vertices + n_faces])
     else:
         vertices, polygons = _stream(b"\n".join(rows), n_vertices, n_faces)
-    return polygon_mesh(vertices, polygons, limits)
+    return Reading(polygon_mesh(vertices, polygons, limits))
 
 
 def _counts(line: bytes) -> tuple[int, int]:

@@ -15,11 +15,12 @@ from workers.geometry.formats.limits import MeshLimits
 from workers.geometry.formats.obj import read_obj
 from workers.geometry.formats.off import read_off
 from workers.geometry.formats.ply import read_ply
+from workers.geometry.formats.reading import Reading
 from workers.geometry.formats.stl import read_stl
 from workers.geometry.formats.threemf import read_3mf
 from workers.geometry.mesh import TriangleMesh
 
-Reader = Callable[[bytes, MeshLimits], TriangleMesh]
+Reader = Callable[[bytes, MeshLimits], Reading]
 Axis = Literal["y", "z"]
 
 READERS: Mapping[str, Reader] = MappingProxyType(
@@ -53,11 +54,17 @@ class ParsedMesh:
         One of the names of `detect_format`.
     up : "y" or "z"
         The axis that points up by the format's standard or custom.
+    repairs : tuple of str
+        Where the file breaks its format's rules and how it was read all the same.
+    found : tuple of str
+        What else the file holds, and what is left alone.
     """
 
     mesh: TriangleMesh
     format: str
     up: Axis
+    repairs: tuple[str, ...] = ()
+    found: tuple[str, ...] = ()
 
 
 def parse(data: bytes, *, filename: str = "", limits: MeshLimits = DEFAULT_LIMITS) -> ParsedMesh:
@@ -88,11 +95,12 @@ def parse(data: bytes, *, filename: str = "", limits: MeshLimits = DEFAULT_LIMIT
     """
     name = detect_format(data, filename)
     try:
-        mesh = READERS[name](data.removeprefix(BYTE_ORDER_MARK), limits)
+        reading = READERS[name](data.removeprefix(BYTE_ORDER_MARK), limits)
     except ProteusError:
         raise
     except DAMAGED as error:  # whatever damage a reader stumbled over without naming it
         raise InvalidMeshError(
             f"the file is damaged and cannot be read as {name.upper()}"
         ) from error
-    return ParsedMesh(mesh, name, "z" if name in UPRIGHT_Z else "y")
+    up: Axis = "z" if name in UPRIGHT_Z else "y"
+    return ParsedMesh(reading.mesh, name, up, reading.repairs, reading.found)

@@ -7,6 +7,7 @@ import numpy as np
 from workers.errors import InvalidMeshError
 from workers.geometry.formats.limits import MeshLimits
 from workers.geometry.formats.polygons import require_faces
+from workers.geometry.formats.reading import Reading
 from workers.geometry.formats.tokens import floats
 from workers.geometry.mesh import TriangleMesh
 
@@ -33,7 +34,7 @@ def is_binary_stl(data: bytes) -> bool:
     return len(data) == HEADER + TRIANGLE.itemsize * int.from_bytes(data[80:HEADER], "little")
 
 
-def read_stl(data: bytes, limits: MeshLimits) -> TriangleMesh:
+def read_stl(data: bytes, limits: MeshLimits) -> Reading:
     """Read an STL file, text or binary; cleaning merges the vertices.
 
     Parameters
@@ -45,7 +46,7 @@ def read_stl(data: bytes, limits: MeshLimits) -> TriangleMesh:
 
     Returns
     -------
-    TriangleMesh
+    Reading
         Three vertices of its own for each triangle, in the order of the file.
 
     Raises
@@ -68,10 +69,10 @@ def read_stl(data: bytes, limits: MeshLimits) -> TriangleMesh:
         )
     require_faces(0, n_faces)
     corners = np.frombuffer(data, dtype=TRIANGLE, count=n_faces, offset=HEADER)["corners"]
-    return _soup(corners.astype(np.float64))
+    return Reading(_soup(corners.astype(np.float64)))
 
 
-def _read_text(data: bytes, limits: MeshLimits) -> TriangleMesh:
+def _read_text(data: bytes, limits: MeshLimits) -> Reading:
     """Mesh of an STL file in text."""
     rows = VERTEX.findall(data)
     limits.check(faces=len(rows) // 3)
@@ -83,7 +84,7 @@ def _read_text(data: bytes, limits: MeshLimits) -> TriangleMesh:
         raise InvalidMeshError("a vertex of the STL file has not 3 coordinates")
     if not re.search(rb"\bendsolid\b", data[-4096:], re.IGNORECASE):
         raise InvalidMeshError("the STL file ends without 'endsolid': it is truncated")
-    return _soup(coordinates.reshape(-1, 3, 3))
+    return Reading(_soup(coordinates.reshape(-1, 3, 3)))
 
 
 def _soup(corners: np.ndarray[tuple[int, ...], np.dtype[np.float64]]) -> TriangleMesh:

@@ -5,17 +5,17 @@ import numpy as np
 from workers.errors import InvalidMeshError
 from workers.geometry.arrays import FloatArray
 from workers.geometry.formats.limits import MeshLimits, check_length
-from workers.geometry.formats.ply_header import Element, Header, Property, read_header
-from workers.geometry.formats.ply_rows import binary_list, binary_rows, skip_rows
+from workers.geometry.formats.ply.header import Element, Header, Property, read_header
+from workers.geometry.formats.ply.rows import binary_list, binary_rows, skip_rows
 from workers.geometry.formats.polygons import polygon_mesh, require_faces
+from workers.geometry.formats.reading import Reading
 from workers.geometry.formats.tokens import Polygons, floats, polygon_lines
-from workers.geometry.mesh import TriangleMesh
 
 SHORTEST_TEXT_ROW = 2  # a digit and the end of the line
 NO_POLYGONS = Polygons(np.zeros(0, dtype=np.int64), np.zeros(0, dtype=np.int64))
 
 
-def read_ply(data: bytes, limits: MeshLimits) -> TriangleMesh:
+def read_ply(data: bytes, limits: MeshLimits) -> Reading:
     """Read a PLY file: elements ``vertex`` (x, y, z) and ``face`` (vertex_indices).
 
     Parameters
@@ -27,7 +27,7 @@ def read_ply(data: bytes, limits: MeshLimits) -> TriangleMesh:
 
     Returns
     -------
-    TriangleMesh
+    Reading
         Vertices in the order of the file, polygons cut into triangles.
 
     Raises
@@ -47,7 +47,7 @@ def read_ply(data: bytes, limits: MeshLimits) -> TriangleMesh:
     check_length(needed - 1, len(data) - header.body, vertices=n_vertices, faces=n_faces)
     reader = _read_binary if header.byte_order else _read_text
     vertices, polygons = reader(data, header)
-    return polygon_mesh(vertices, polygons, limits)
+    return Reading(polygon_mesh(vertices, polygons, limits))
 
 
 def _indices_of(element: Element) -> Property:

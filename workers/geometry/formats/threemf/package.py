@@ -13,8 +13,9 @@ import numpy as np
 from workers.errors import InvalidMeshError, UnsupportedFormatError, UploadTooLargeError
 from workers.geometry.arrays import FloatArray, IntArray
 from workers.geometry.formats.limits import MeshLimits
-from workers.geometry.formats.model_part import Model3MF, Reference, read_model_part
 from workers.geometry.formats.polygons import require_faces, require_indices
+from workers.geometry.formats.reading import Reading
+from workers.geometry.formats.threemf.model_part import Model3MF, Reference, read_model_part
 from workers.geometry.mesh import TriangleMesh
 
 MOST_ENTRIES = 10_000
@@ -45,7 +46,7 @@ def is_3mf(data: bytes) -> bool:
         return False
 
 
-def read_3mf(data: bytes, limits: MeshLimits) -> TriangleMesh:
+def read_3mf(data: bytes, limits: MeshLimits) -> Reading:
     """Read all build items of a 3MF file.
 
     Parameters
@@ -57,7 +58,7 @@ def read_3mf(data: bytes, limits: MeshLimits) -> TriangleMesh:
 
     Returns
     -------
-    TriangleMesh
+    Reading
         Triangles of the build items, placed by their transforms, or of all objects where
         nothing is built.
 
@@ -78,7 +79,7 @@ def read_3mf(data: bytes, limits: MeshLimits) -> TriangleMesh:
             "/" + entry.filename.lstrip("/"): read_model_part(_unpack(archive, entry), budget.count)
             for entry in entries
         }
-    return _Assembly(parts, limits).mesh()
+    return Reading(_Assembly(parts, limits).mesh())
 
 
 def _check_size(entries: list[zipfile.ZipInfo], packed: int) -> None:

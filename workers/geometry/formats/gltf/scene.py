@@ -12,9 +12,10 @@ import numpy as np
 
 from workers.errors import InvalidMeshError, UnsupportedFormatError, UploadTooLargeError
 from workers.geometry.arrays import FloatArray, IntArray
-from workers.geometry.formats.accessors import Accessors
+from workers.geometry.formats.gltf.accessors import Accessors
 from workers.geometry.formats.limits import MeshLimits
 from workers.geometry.formats.polygons import require_faces, require_indices
+from workers.geometry.formats.reading import Reading
 from workers.geometry.mesh import TriangleMesh
 
 JSON_CHUNK, BINARY_CHUNK = 0x4E4F534A, 0x004E4942
@@ -23,7 +24,7 @@ TRIANGLES, STRIP, FAN = 4, 5, 6
 MOST_PRIMITIVES = 100_000  # all nodes together
 
 
-def read_glb(data: bytes, limits: MeshLimits) -> TriangleMesh:
+def read_glb(data: bytes, limits: MeshLimits) -> Reading:
     """Read a GLB file (glTF 2.0 in one binary file).
 
     Parameters
@@ -35,7 +36,7 @@ def read_glb(data: bytes, limits: MeshLimits) -> TriangleMesh:
 
     Returns
     -------
-    TriangleMesh
+    Reading
         Triangles of the scene, each node placed by its transforms.
 
     Raises
@@ -63,7 +64,7 @@ def read_glb(data: bytes, limits: MeshLimits) -> TriangleMesh:
     return _read(chunks[JSON_CHUNK], chunks.get(BINARY_CHUNK), limits)
 
 
-def read_gltf(data: bytes, limits: MeshLimits) -> TriangleMesh:
+def read_gltf(data: bytes, limits: MeshLimits) -> Reading:
     """Read a glTF 2.0 file whose buffers are embedded as ``data:`` URIs.
 
     Parameters
@@ -75,7 +76,7 @@ def read_gltf(data: bytes, limits: MeshLimits) -> TriangleMesh:
 
     Returns
     -------
-    TriangleMesh
+    Reading
         Triangles of the scene, each node placed by its transforms.
 
     Raises
@@ -86,7 +87,7 @@ def read_gltf(data: bytes, limits: MeshLimits) -> TriangleMesh:
     return _read(data, None, limits)
 
 
-def _read(text: bytes, binary: bytes | None, limits: MeshLimits) -> TriangleMesh:
+def _read(text: bytes, binary: bytes | None, limits: MeshLimits) -> Reading:
     """Mesh of the JSON part and the binary chunk."""
     document = json.loads(text)
     if not isinstance(document, dict) or not isinstance(document.get("asset"), dict):
@@ -98,7 +99,7 @@ def _read(text: bytes, binary: bytes | None, limits: MeshLimits) -> TriangleMesh
         if extension in COMPRESSIONS:
             raise UnsupportedFormatError(f"the glTF file needs {extension}, which is not read")
     buffers = [_buffer(item, binary) for item in document.get("buffers", [])]
-    return _Scene(document, Accessors(document, buffers), limits).mesh()
+    return Reading(_Scene(document, Accessors(document, buffers), limits).mesh())
 
 
 def _buffer(item: dict[str, Any], binary: bytes | None) -> bytes:

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from workers.errors import InvalidMeshError
 from workers.geometry.arrays import IntArray
-from workers.geometry.formats.ply_header import Element, Property
+from workers.geometry.formats.ply.header import Element, Property
 from workers.geometry.formats.tokens import Polygons, integral, places_in_runs
 
 
