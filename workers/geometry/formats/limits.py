@@ -13,10 +13,13 @@ class MeshLimits:
     ----------
     vertices, faces : int
         Most vertices (not for STL, which stores three a face) and most triangles.
+    unpacked : int
+        Most bytes that a compressed file may unpack to, all that is in it together.
     """
 
     vertices: int = 2_000_000
     faces: int = 4_000_000
+    unpacked: int = 512 << 20
 
     def check(self, *, vertices: int = 0, faces: int = 0) -> None:
         """Raise ``UploadTooLargeError`` if one of the counts is over its limit.
