@@ -3,12 +3,12 @@
 import re
 
 from workers.errors import InvalidMeshError, UnsupportedFormatError
+from workers.geometry.formats.encodings import readable
 from workers.geometry.formats.off import KEYWORD
 from workers.geometry.formats.stl import is_binary_stl
 from workers.geometry.formats.threemf import is_3mf
 
 LOOKED_AT = 1 << 16  # bytes of text from the beginning
-BYTE_ORDER_MARK = b"\xef\xbb\xbf"
 ENDINGS = {
     **{"off": "off", "obj": "obj", "ply": "ply", "stl": "stl"},
     **{"glb": "glb", "gltf": "gltf", "3mf": "3mf"},
@@ -43,7 +43,7 @@ def detect_format(data: bytes, filename: str = "") -> str:
     """
     if not data.strip(b"\0 \t\r\n"):
         raise InvalidMeshError(f"the file is empty ({len(data)} bytes); {EXPECTED}")
-    content = data.removeprefix(BYTE_ORDER_MARK)
+    content = readable(data).data
     found = _by_magic(content) or _by_text(content) or _by_ending(content, filename)
     if found is None:
         raise UnsupportedFormatError(f"the content is of no known mesh format; {EXPECTED}")

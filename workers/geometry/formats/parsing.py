@@ -9,7 +9,8 @@ from types import MappingProxyType
 from typing import Literal
 
 from workers.errors import InvalidMeshError, ProteusError
-from workers.geometry.formats.detect import BYTE_ORDER_MARK, detect_format
+from workers.geometry.formats.detect import detect_format
+from workers.geometry.formats.encodings import readable
 from workers.geometry.formats.gltf import read_glb, read_gltf
 from workers.geometry.formats.limits import MeshLimits
 from workers.geometry.formats.obj import read_obj
@@ -93,9 +94,10 @@ def parse(data: bytes, *, filename: str = "", limits: MeshLimits = DEFAULT_LIMIT
     UploadTooLargeError
         Over the limits.
     """
-    name = detect_format(data, filename)
+    plain = readable(data)
+    name = detect_format(plain.data, filename)
     try:
-        reading = READERS[name](data.removeprefix(BYTE_ORDER_MARK), limits)
+        reading = READERS[name](plain.data, limits)
     except ProteusError:
         raise
     except DAMAGED as error:  # whatever damage a reader stumbled over without naming it
@@ -103,4 +105,4 @@ def parse(data: bytes, *, filename: str = "", limits: MeshLimits = DEFAULT_LIMIT
             f"the file is damaged and cannot be read as {name.upper()}"
         ) from error
     up: Axis = "z" if name in UPRIGHT_Z else "y"
-    return ParsedMesh(reading.mesh, name, up, reading.repairs, reading.found)
+    return ParsedMesh(reading.mesh, name, up, plain.repairs + reading.repairs, reading.found)
