@@ -27,9 +27,9 @@ def ply_claiming(vertices: int, faces: int, *, format: str = "binary_little_endi
     ("data", "error", "message"),
     [
         (b"", InvalidMeshError, "file is empty"),
-        (b"\0" * 500, InvalidMeshError, "file is empty"),
-        (b"%PDF-1.7 not a mesh", UnsupportedFormatError, "no known mesh format; expected OFF"),
-        (b"\x89PNG\r\n\x1a\n" + bytes(range(256)), UnsupportedFormatError, "expected OFF"),
+        (b"\0" * 500, InvalidMeshError, "500 bytes, all of them zero"),
+        (b"%PDF-1.7 not a mesh", UnsupportedFormatError, "a PDF document, which is not read"),
+        (b"\x89PNG\r\n\x1a\n" + bytes(range(256)), UnsupportedFormatError, "a picture .PNG."),
         (b"PK\x03\x04broken", UnsupportedFormatError, "without a 3MF model"),
         (b"OFF\nhello world\n", InvalidMeshError, "numbers of vertices.*found 'hello world'"),
         (b"OFF\n", InvalidMeshError, "found nothing"),

@@ -5,6 +5,7 @@ import re
 from workers.errors import InvalidMeshError, UnsupportedFormatError
 from workers.geometry.formats.encodings import readable
 from workers.geometry.formats.off import KEYWORD
+from workers.geometry.formats.refusals import refused_content, refused_ending
 from workers.geometry.formats.stl import is_binary_stl
 from workers.geometry.formats.threemf import is_3mf
 
@@ -41,12 +42,17 @@ def detect_format(data: bytes, filename: str = "") -> str:
     UnsupportedFormatError
         Content of no known format.
     """
+    refused = refused_content(data, filename)
     if not data.strip(b"\0 \t\r\n"):
-        raise InvalidMeshError(f"the file is empty ({len(data)} bytes); {EXPECTED}")
+        raise InvalidMeshError(refused or f"the file is empty ({len(data)} bytes); {EXPECTED}")
+    if refused:
+        raise UnsupportedFormatError(refused)
     content = readable(data).data
     found = _by_magic(content) or _by_text(content) or _by_ending(content, filename)
     if found is None:
-        raise UnsupportedFormatError(f"the content is of no known mesh format; {EXPECTED}")
+        raise UnsupportedFormatError(
+            refused_ending(data, filename) or f"the content is of no known mesh format; {EXPECTED}"
+        )
     return found
 
 
