@@ -7,6 +7,7 @@ import numpy as np
 from workers.errors import InvalidMeshError
 from workers.geometry.arrays import BoolArray, FloatArray, IntArray
 from workers.geometry.mesh import TriangleMesh
+from workers.geometry.strays import without_strays, without_unreferenced
 from workers.geometry.topology import face_components
 
 MERGE_DISTANCE = 1e-9  # of the bounding box's diagonal
@@ -38,7 +39,8 @@ class CleanedMesh:
 def clean(mesh: TriangleMesh) -> CleanedMesh:
     """Repair a mesh; all thresholds are relative, so that units do not matter.
 
-    Drops unreferenced vertices, merges vertices that lie on each other, drops faces without
+    Drops unreferenced vertices, leaves out strays (faces at vertices that are not finite or
+    absurdly far away), merges vertices that lie on each other, drops faces without
     area, repeated faces (of either winding) and components below 1 % of the area.
 
     Parameters
@@ -54,13 +56,15 @@ def clean(mesh: TriangleMesh) -> CleanedMesh:
     Raises
     ------
     InvalidMeshError
-        No faces, an index out of range, coordinates that are NaN or infinite, no extent or
-        one beyond 1e±60, or fewer than 4 faces left.
+        No faces, an index out of range, many coordinates that are NaN or infinite, no extent
+        or one beyond 1e±60, or fewer than 4 faces left.
     """
     _require_sound(mesh)
     repairs: list[str] = []
-    vertices, faces = _without_unreferenced(mesh.vertices, mesh.faces)
+    vertices, faces = without_unreferenced(mesh.vertices, mesh.faces)
     _report(repairs, "dropped {} unreferenced {}", mesh.n_vertices - len(vertices), VERTICES)
+    vertices, faces, left_out = without_strays(vertices, faces)
+    repairs += left_out
     extent = _require_extent(vertices)
 
     merged, representatives = _merged_vertices(vertices, MERGE_DISTANCE * extent)
@@ -75,7 +79,7 @@ def clean(mesh: TriangleMesh) -> CleanedMesh:
 
     whole, n_fragments = _without_fragments(scaled, faces)
     _report(repairs, "left out {} {} below 1 % of the area", n_fragments, FRAGMENTS)
-    vertices, faces = _without_unreferenced(vertices, whole)
+    vertices, faces = without_unreferenced(vertices, whole)
     if len(faces) < FEWEST_FACES:
         raise InvalidMeshError(
             f"{len(faces)} {FACES[len(faces) != 1]} left after cleaning, "
@@ -108,7 +112,7 @@ def without_useless_faces(mesh: TriangleMesh) -> TriangleMesh:
     faces = mesh.faces[useful_faces(mesh)]
     if len(faces) == mesh.n_faces and len(np.unique(faces)) == mesh.n_vertices:
         return mesh
-    return TriangleMesh(*_without_unreferenced(mesh.vertices, faces))
+    return TriangleMesh(*without_unreferenced(mesh.vertices, faces))
 
 
 def useful_faces(mesh: TriangleMesh) -> IntArray:
@@ -154,13 +158,6 @@ def _require_sound(mesh: TriangleMesh) -> None:
             f"face {face} refers to vertex {mesh.faces[face, corner]}, "
             f"but the mesh has {mesh.n_vertices} vertices"
         )
-    strange = ~np.isfinite(mesh.vertices)  # (n, 3)
-    if strange.any():
-        vertex, axis = np.argwhere(strange)[0]
-        raise InvalidMeshError(
-            f"vertex {vertex} has the coordinate {mesh.vertices[vertex, axis]}; "
-            "expected finite numbers"
-        )
 
 
 def _require_extent(vertices: FloatArray) -> float:
@@ -184,16 +181,6 @@ def _in_units_of(vertices: FloatArray, extent: float) -> FloatArray:
     So nothing is decided otherwise when a mesh is cleaned again, or given in another unit.
     """
     return np.ldexp(vertices, -int(np.frexp(extent)[1]))
-
-
-def _without_unreferenced(vertices: FloatArray, faces: IntArray) -> tuple[FloatArray, IntArray]:
-    """Vertices that have a face, in their order, and the faces renumbered."""
-    referenced = np.zeros(len(vertices), dtype=np.bool_)
-    referenced[faces.ravel()] = True
-    if referenced.all():
-        return vertices, faces
-    new_index = np.cumsum(referenced) - 1  # (n,)
-    return vertices[referenced], new_index[faces]
 
 
 def _merged_vertices(vertices: FloatArray, distance: float) -> tuple[IntArray, IntArray]:
