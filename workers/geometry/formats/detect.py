@@ -8,6 +8,7 @@ from workers.geometry.formats.off import KEYWORD
 from workers.geometry.formats.refusals import refused_content, refused_ending
 from workers.geometry.formats.stl import is_binary_stl
 from workers.geometry.formats.threemf import is_3mf
+from workers.geometry.formats.vtk import is_legacy_vtk, is_vtk_xml
 
 LOOKED_AT = 1 << 16  # bytes of text from the beginning
 ENDINGS = {
@@ -68,6 +69,10 @@ def _by_magic(data: bytes) -> str | None:
         raise UnsupportedFormatError("binary OFF is not read; expected OFF as text")
     if re.match(rb"ply\s", data):
         return "ply"
+    if is_legacy_vtk(data):
+        return "vtk"
+    if is_vtk_xml(data):
+        return "vtp"
     return "stl" if is_binary_stl(data) else None
 
 

@@ -19,6 +19,7 @@ from workers.geometry.formats.ply import read_ply
 from workers.geometry.formats.reading import Reading
 from workers.geometry.formats.stl import read_stl
 from workers.geometry.formats.threemf import read_3mf
+from workers.geometry.formats.vtk import read_legacy_vtk, read_vtk_xml
 from workers.geometry.mesh import TriangleMesh
 
 Reader = Callable[[bytes, MeshLimits], Reading]
@@ -33,6 +34,8 @@ READERS: Mapping[str, Reader] = MappingProxyType(
         "glb": read_glb,
         "gltf": read_gltf,
         "3mf": read_3mf,
+        "vtk": read_legacy_vtk,
+        "vtp": read_vtk_xml,
     }
 )
 UPRIGHT_Z = ("stl", "3mf")

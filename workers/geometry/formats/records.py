@@ -1,12 +1,32 @@
-"""Records of unequal length in one run of numbers: polygons, cells, elements."""
+"""Binary numbers, and records of unequal length in one run of them: polygons, cells, elements."""
+
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from workers.errors import InvalidMeshError
-from workers.geometry.arrays import IntArray
+from workers.geometry.arrays import FloatArray, IntArray
 from workers.geometry.formats.tokens import Polygons, places_in_runs
 
 LOOKED_AT_ONCE = 1 << 18  # numbers; as Python integers they take four times their room
+
+
+def as_floats(values: NDArray[Any]) -> FloatArray:
+    """Turn numbers of a binary file into floats; signalling NaN become plain NaN.
+
+    Parameters
+    ----------
+    values : (n,) array
+        Of any type and byte order.
+
+    Returns
+    -------
+    (n,) float64
+        A copy.
+    """
+    with np.errstate(invalid="ignore"):  # a signalling NaN
+        return values.astype(np.float64)
 
 
 def record_starts(lengths: IntArray, limit: int) -> tuple[IntArray, int]:

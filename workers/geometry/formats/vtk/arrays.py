@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from workers.errors import InvalidMeshError, UnsupportedFormatError
 from workers.geometry.arrays import FloatArray, IntArray
+from workers.geometry.formats.records import as_floats
 from workers.geometry.formats.tokens import floats, integers, integral, quoted
 from workers.geometry.formats.unpacking import Allowance, decode_base64, unpack_xz, unpack_zlib
 
@@ -142,7 +143,7 @@ class ArrayReader:
         """
         if array.format == "ascii":
             return floats(array.text.encode())
-        return self._decoded(array).astype(np.float64)
+        return as_floats(self._decoded(array))
 
     def integers(self, array: DataArray) -> IntArray:
         """Whole numbers of an array.
@@ -165,7 +166,7 @@ class ArrayReader:
             return integers(array.text.encode())
         values = self._decoded(array)
         if values.dtype.kind == "f":
-            return integral(values.astype(np.float64))
+            return integral(as_floats(values))
         return values.astype(np.int64)
 
     def _decoded(self, array: DataArray) -> NDArray[Any]:

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from workers.errors import InvalidMeshError
 from workers.geometry.arrays import FloatArray, IntArray
+from workers.geometry.formats.records import as_floats
 from workers.geometry.formats.tokens import floats, integers, quoted
 
 SIZES = {
@@ -178,7 +179,7 @@ class Cursor:
         """
         if not self.byte_order:
             return floats(self.text_block())
-        return self._binary(count, type, of_what).astype(np.float64)
+        return as_floats(self._binary(count, type, of_what))
 
     def integers(self, count: int, type: str, of_what: str) -> IntArray:
         """Read a block of integers.

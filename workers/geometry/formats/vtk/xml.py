@@ -16,7 +16,8 @@ from workers.geometry.formats.vtk.datasets import require_read
 from workers.geometry.formats.vtk.pieces import Pieces, piece_cells, piece_points
 from workers.geometry.formats.xml_stream import read_xml
 
-ROOT = re.compile(rb"\s*(?:<\?xml[^>]*>\s*)?(?:<!--.*?-->\s*)*<VTKFile\b", re.DOTALL)
+ROOT = re.compile(rb"<VTKFile\b")
+LOOKED_AT = 4096  # bytes
 APPENDED = re.compile(rb"<AppendedData\b[^>]*>\s*_?")
 
 
@@ -33,7 +34,8 @@ def is_vtk_xml(data: bytes) -> bool:
     bool
         True for every kind of VTK's XML files, also those that are not read.
     """
-    return ROOT.match(data[:4096]) is not None
+    head = data[:LOOKED_AT].lstrip()
+    return head.startswith(b"<") and ROOT.search(head) is not None
 
 
 def read_vtk_xml(data: bytes, limits: MeshLimits) -> Reading:
