@@ -4,9 +4,10 @@ import re
 
 from workers.errors import InvalidMeshError, UnsupportedFormatError
 from workers.geometry.formats.encodings import readable
+from workers.geometry.formats.gltf import is_glb, is_gltf
 from workers.geometry.formats.off import KEYWORD
 from workers.geometry.formats.refusals import refused_content, refused_ending
-from workers.geometry.formats.stl import is_binary_stl, is_text_stl
+from workers.geometry.formats.stl import is_binary_stl
 from workers.geometry.formats.threemf import is_3mf
 from workers.geometry.formats.vtk import is_legacy_vtk, is_vtk_xml
 
@@ -59,8 +60,10 @@ def detect_format(data: bytes, filename: str = "") -> str:
 
 def _by_magic(data: bytes) -> str | None:
     """Format by the first bytes or the exact length."""
-    if data.startswith(b"glTF"):
+    if is_glb(data):
         return "glb"
+    if is_gltf(data):
+        return "gltf"
     if data.startswith(b"PK\x03\x04"):
         if is_3mf(data):
             return "3mf"
@@ -78,16 +81,14 @@ def _by_magic(data: bytes) -> str | None:
 
 def _by_text(data: bytes) -> str | None:
     """Format by what the beginning reads like."""
-    head = data[:LOOKED_AT].rstrip(b"\0\x1a")
-    if is_text_stl(head):
-        return "stl"
+    head = data[:LOOKED_AT]
     if b"\0" in head:
         return None
     without_comments = re.sub(rb"#[^\r\n]*", b"", head)
     if KEYWORD.match(without_comments):
         return "off"
-    if re.match(rb"\s*\{", head) and b'"asset"' in data:
-        return "gltf"
+    if re.match(rb"\s*solid\b", head, re.IGNORECASE) and re.search(rb"\bfacet\b", head):
+        return "stl"
     return "obj" if OBJ_VERTEX.search(head.replace(b"\r", b"\n")) else None
 
 
@@ -96,8 +97,7 @@ def _by_ending(data: bytes, filename: str) -> str | None:
     ending = ENDINGS.get(filename.rpartition(".")[2].lower())
     text = b"\0" not in data[:LOOKED_AT]
     if ending == "stl":
-        is_stl = not text or len(data) >= 84 or re.match(rb"\s*solid\b", data) is not None
-        return ending if is_stl else None
+        return ending if len(data) >= 84 or re.match(rb"\s*solid\b", data) else None
     if ending == "off":
         return ending if text and OFF_COUNTS.match(data) else None
     if ending == "obj":

@@ -11,7 +11,7 @@ from typing import Literal
 from workers.errors import InvalidMeshError, ProteusError
 from workers.geometry.formats.detect import detect_format
 from workers.geometry.formats.encodings import readable
-from workers.geometry.formats.gltf import read_glb, read_gltf
+from workers.geometry.formats.gltf import read_gltf
 from workers.geometry.formats.limits import MeshLimits
 from workers.geometry.formats.obj import read_obj
 from workers.geometry.formats.off import read_off
@@ -31,7 +31,7 @@ READERS: Mapping[str, Reader] = MappingProxyType(
         "obj": read_obj,
         "ply": read_ply,
         "stl": read_stl,
-        "glb": read_glb,
+        "glb": read_gltf,
         "gltf": read_gltf,
         "3mf": read_3mf,
         "vtk": read_legacy_vtk,

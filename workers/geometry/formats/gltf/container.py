@@ -32,6 +32,40 @@ class Container:
     repairs: tuple[str, ...] = ()
 
 
+def is_glb(data: bytes) -> bool:
+    """Tell whether a file is a GLB.
+
+    Parameters
+    ----------
+    data : bytes
+        The whole file, without a byte order mark.
+
+    Returns
+    -------
+    bool
+        By its first bytes.
+    """
+    return data.startswith(MAGIC)
+
+
+def is_gltf(data: bytes) -> bool:
+    """Tell whether a file is the JSON of a glTF.
+
+    Parameters
+    ----------
+    data : bytes
+        The whole file, without a byte order mark.
+
+    Returns
+    -------
+    bool
+        By its first character and the names in it.
+    """
+    if not data[:4096].lstrip().startswith(b"{"):
+        return False
+    return b'"asset"' in data or (b'"meshes"' in data and b'"accessors"' in data)
+
+
 def open_gltf(data: bytes) -> Container:
     """Take a GLB or a .gltf file apart.
 

@@ -13,6 +13,7 @@ from workers.geometry.formats.gltf.uris import (
     file_name,
     is_data,
     is_relative,
+    missing_file,
 )
 
 LONGEST = 3 << 30  # bytes; a GLB holds 4 GiB, its JSON included
@@ -123,10 +124,7 @@ class _Packing:
             return
         name = self._names.find(uri)
         if name is None:
-            raise InvalidMeshError(
-                f"the glTF file needs '{file_name(uri)[:80]}', which did not come with it: send "
-                "the two together, in a zip or in one upload"
-            )
+            raise missing_file(uri)
         self._moves[number] = self._place(name)
 
     def add_bytes(self, number: int, data: bytes) -> None:

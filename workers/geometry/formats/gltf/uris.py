@@ -143,3 +143,27 @@ def _folded(name: str) -> str:
     """Name without regard to case, slashes, and how accents are encoded."""
     path = posixpath.normpath(unicodedata.normalize("NFC", name).replace("\\", "/"))
     return path.casefold()
+
+
+def missing_file(uri: str) -> InvalidMeshError:
+    """Return the error for a buffer whose file is not there.
+
+    Parameters
+    ----------
+    uri : str
+        As in the document.
+
+    Returns
+    -------
+    InvalidMeshError
+        Names the file and says what to do.
+    """
+    if not is_relative(uri):
+        return InvalidMeshError(
+            f"the glTF file needs '{uri[:80]}', and nothing is fetched from elsewhere: send it as "
+            "GLB, or with its files in a zip"
+        )
+    return InvalidMeshError(
+        f"the glTF file needs '{file_name(uri)[:80]}', which did not come with it: send the two "
+        "together, in a zip or in one upload"
+    )
