@@ -7,9 +7,9 @@ from workers.geometry.formats.encodings import readable
 from workers.geometry.formats.gltf import is_glb, is_gltf
 from workers.geometry.formats.off import KEYWORD
 from workers.geometry.formats.refusals import refused_content, refused_ending
-from workers.geometry.formats.stl import is_binary_stl
+from workers.geometry.formats.signs import by_sign, by_sign_of_text
+from workers.geometry.formats.stl import is_binary_stl, is_text_stl
 from workers.geometry.formats.threemf import is_3mf
-from workers.geometry.formats.vtk import is_legacy_vtk, is_vtk_xml
 
 LOOKED_AT = 1 << 16  # bytes of text from the beginning
 ENDINGS = {
@@ -72,10 +72,8 @@ def _by_magic(data: bytes) -> str | None:
         raise UnsupportedFormatError("binary OFF is not read; expected OFF as text")
     if re.match(rb"ply\s", data):
         return "ply"
-    if is_legacy_vtk(data):
-        return "vtk"
-    if is_vtk_xml(data):
-        return "vtp"
+    if signed := by_sign(data):
+        return signed
     return "stl" if is_binary_stl(data) else None
 
 
@@ -94,6 +92,8 @@ def _by_text(data: bytes) -> str | None:
 
 def _by_ending(data: bytes, filename: str) -> str | None:
     """Format by the ending, if the content could be of it."""
+    if signed := by_sign_of_text(data, filename):
+        return signed
     ending = ENDINGS.get(filename.rpartition(".")[2].lower())
     text = b"\0" not in data[:LOOKED_AT]
     if ending == "stl":

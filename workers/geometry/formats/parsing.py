@@ -9,6 +9,13 @@ from types import MappingProxyType
 from typing import Literal
 
 from workers.errors import InvalidMeshError, ProteusError
+from workers.geometry.formats.brains import (
+    read_brainvisa,
+    read_freesurfer,
+    read_freesurfer_text,
+    read_gifti,
+    read_mni,
+)
 from workers.geometry.formats.detect import detect_format
 from workers.geometry.formats.encodings import readable
 from workers.geometry.formats.gltf import read_gltf
@@ -36,9 +43,14 @@ READERS: Mapping[str, Reader] = MappingProxyType(
         "3mf": read_3mf,
         "vtk": read_legacy_vtk,
         "vtp": read_vtk_xml,
+        "freesurfer": read_freesurfer,
+        "freesurfer-text": read_freesurfer_text,
+        "gifti": read_gifti,
+        "mni": read_mni,
+        "brainvisa": read_brainvisa,
     }
 )
-UPRIGHT_Z = ("stl", "3mf")
+UPRIGHT_Z = ("stl", "3mf", "freesurfer", "freesurfer-text", "gifti", "mni", "brainvisa")
 DEFAULT_LIMITS = MeshLimits()
 DAMAGED = (
     *(ValueError, LookupError, TypeError, AttributeError, ArithmeticError, RuntimeError),

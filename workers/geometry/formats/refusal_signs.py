@@ -63,6 +63,10 @@ XYZ = Refused("a list of points without a surface (XYZ, PTS)", POINTS)
 GCODE = Refused("G-code (the path of a printer or mill, no mesh)", "send the mesh it was made from")
 ALEMBIC = Refused("an Alembic cache", BLENDER)
 HDF5 = Refused("an HDF5 file", "write the mesh out of it as PLY, OBJ or STL")
+MGH = Refused("an MGH image of FreeSurfer (a volume or values, no surface)", VOLUME)
+ANNOTATION = Refused(
+    "a FreeSurfer annotation", "send the surface it belongs to, such as lh.pial or lh.white"
+)
 MATERIALS = Refused("a material library of an OBJ file", "send the .obj file")
 MATLAB = Refused("a MATLAB file of arrays", "write its vertices and faces as OFF or PLY")
 NUMPY = Refused("a file of numpy arrays", "write its vertices and faces as OFF or PLY")
@@ -180,6 +184,7 @@ PATTERNS: tuple[tuple[re.Pattern[bytes], Refused], ...] = (
     _compiled(
         rb".{208}MAP [\x11\x44]", Refused("an MRC or CCP4 map (a volume, no surface)", VOLUME)
     ),
+    _compiled(rb"\0\0\0\x01(?:\0\0.{2}){4}\0\0\0[\0\x01\x03\x04]", MGH),
     _compiled(rb"RIFF.{4}WEBP", _picture("WebP")),
     _compiled(rb"RIFF.{4}(?:AVI |WAVE)", FILM),
     _compiled(rb".{4}ftyp(?:hei|avif|mif1)", IMAGE),
@@ -215,6 +220,7 @@ OF_UNKNOWN_BYTES: dict[str, Refused] = {
     **{"3ds": THREEDS, "mb": MAYA, "fbx": FBX, "abc": ALEMBIC},
     **{"x_t": PARASOLID, "x_b": PARASOLID, "xmt_txt": PARASOLID, "sab": SAT},
     **{"tga": IMAGE, "mp3": FILM, "exe": PROGRAM, "dll": PROGRAM},
+    **{"mgh": MGH, "annot": ANNOTATION},
     "c4d": Refused("a Cinema 4D scene", _from("Cinema 4D")),
     "blend": Refused("a Blender file", BLENDER),
     "skp": Refused("a SketchUp model", _from("SketchUp")),

@@ -19,6 +19,7 @@ from workers.geometry.formats.refusal_signs import (
     USD,
     Refused,
 )
+from workers.geometry.formats.signs import by_sign, by_sign_of_text
 
 LOOKED_AT = 1 << 13  # bytes, from the beginning and from the end
 LARGEST_POINTER = 1024  # bytes of a pointer or of an error message
@@ -108,7 +109,7 @@ def refused_ending(data: bytes, filename: str) -> str | None:
     """
     head = _head(data)
     starts_as_mesh = re.match(rb"glTF|ply\s|PK\x03\x04|\s*solid\b|\s*\w*OFF\b", head)
-    if starts_as_mesh or _is_whole_stl(data):
+    if starts_as_mesh or _is_whole_stl(data) or by_sign(data) or by_sign_of_text(data, filename):
         return None
     endings = OF_UNKNOWN_BYTES if b"\0" in head else OF_UNKNOWN_TEXT
     found = endings.get(filename.rpartition(".")[2].lower())

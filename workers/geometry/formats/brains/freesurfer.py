@@ -34,7 +34,11 @@ def is_freesurfer(data: bytes) -> bool:
     bool
         True also for files of values alone, which reading refuses by name.
     """
-    return data[:3] in (TRIANGLES, QUADS, FLOAT_QUADS) and len(data) >= 7
+    if data.startswith(TRIANGLES):
+        return len(data) >= 11
+    if data.startswith(PATCH):
+        return _is_patch(data)
+    return data[:3] in (QUADS, FLOAT_QUADS) and (_is_curvature(data) or _has_quads(data))
 
 
 def read_freesurfer(data: bytes, limits: MeshLimits) -> Reading:
@@ -57,7 +61,7 @@ def read_freesurfer(data: bytes, limits: MeshLimits) -> Reading:
     InvalidMeshError, UnsupportedFormatError, UploadTooLargeError
         See `workers.geometry.formats.parse`.
     """
-    if data.startswith(PATCH):
+    if _is_patch(data):
         raise UnsupportedFormatError(
             f"the file is a FreeSurfer patch, which has no triangles; {NO_SURFACE}"
         )
@@ -77,6 +81,19 @@ def _is_curvature(data: bytes) -> bool:
         return False
     n_vertices, _, n_values = struct.unpack_from(">iii", data, 3)
     return bool(n_values >= 1 and len(data) == 15 + 4 * n_vertices * n_values)
+
+
+def _is_patch(data: bytes) -> bool:
+    """Whether this is a flattened piece: indices and points alone."""
+    n_points = int.from_bytes(data[4:8], "big")
+    return data.startswith(PATCH) and len(data) >= 8 and len(data) == 8 + 16 * n_points
+
+
+def _has_quads(data: bytes) -> bool:
+    """Whether the counts of a file of quads fit its length."""
+    n_vertices, n_quads = (int.from_bytes(data[i : i + 3], "big") for i in (3, 6))
+    width = 12 if data.startswith(FLOAT_QUADS) else 6
+    return n_vertices > 0 and n_quads > 0 and 9 + width * n_vertices + 12 * n_quads <= len(data)
 
 
 def _read_triangles(data: bytes, limits: MeshLimits) -> Reading:
