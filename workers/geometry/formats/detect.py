@@ -8,7 +8,7 @@ from workers.geometry.formats.gltf import is_glb, is_gltf
 from workers.geometry.formats.off import KEYWORD
 from workers.geometry.formats.refusals import refused_content, refused_ending
 from workers.geometry.formats.signs import by_sign, by_sign_of_text
-from workers.geometry.formats.stl import is_binary_stl, is_text_stl
+from workers.geometry.formats.stl import is_binary_stl
 from workers.geometry.formats.threemf import is_3mf
 
 LOOKED_AT = 1 << 16  # bytes of text from the beginning
