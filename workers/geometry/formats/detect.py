@@ -8,7 +8,7 @@ from workers.geometry.formats.gltf import is_glb, is_gltf
 from workers.geometry.formats.off import KEYWORD
 from workers.geometry.formats.refusals import refused_content, refused_ending
 from workers.geometry.formats.signs import by_sign, by_sign_of_text
-from workers.geometry.formats.stl import is_binary_stl
+from workers.geometry.formats.stl import is_binary_stl, is_text_stl
 from workers.geometry.formats.threemf import is_3mf
 
 LOOKED_AT = 1 << 16  # bytes of text from the beginning
@@ -79,14 +79,14 @@ def _by_magic(data: bytes) -> str | None:
 
 def _by_text(data: bytes) -> str | None:
     """Format by what the beginning reads like."""
-    head = data[:LOOKED_AT]
+    head = data[:LOOKED_AT].rstrip(b"\0\x1a")
+    if is_text_stl(head):
+        return "stl"
     if b"\0" in head:
         return None
     without_comments = re.sub(rb"#[^\r\n]*", b"", head)
     if KEYWORD.match(without_comments):
         return "off"
-    if re.match(rb"\s*solid\b", head, re.IGNORECASE) and re.search(rb"\bfacet\b", head):
-        return "stl"
     return "obj" if OBJ_VERTEX.search(head.replace(b"\r", b"\n")) else None
 
 
@@ -97,7 +97,8 @@ def _by_ending(data: bytes, filename: str) -> str | None:
     ending = ENDINGS.get(filename.rpartition(".")[2].lower())
     text = b"\0" not in data[:LOOKED_AT]
     if ending == "stl":
-        return ending if len(data) >= 84 or re.match(rb"\s*solid\b", data) else None
+        is_stl = not text or len(data) >= 84 or re.match(rb"\s*solid\b", data) is not None
+        return ending if is_stl else None
     if ending == "off":
         return ending if text and OFF_COUNTS.match(data) else None
     if ending == "obj":

@@ -7,6 +7,7 @@ import numpy as np
 
 from workers.errors import InvalidMeshError
 from workers.geometry.arrays import FloatArray, IntArray
+from workers.geometry.formats.numerals import respelled
 
 LARGEST_INTEGER = 2.0**53
 
@@ -64,6 +65,10 @@ def floats(text: bytes) -> FloatArray:
         A token is no number.
     """
     tokens = text.split()
+    try:
+        return np.array(tokens, dtype=np.float64)
+    except ValueError:
+        tokens = [respelled(token) for token in tokens]
     try:
         return np.array(tokens, dtype=np.float64)
     except ValueError:
