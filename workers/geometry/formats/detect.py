@@ -3,6 +3,7 @@
 import re
 
 from workers.errors import InvalidMeshError, UnsupportedFormatError
+from workers.geometry.formats.amf import is_amf
 from workers.geometry.formats.encodings import readable
 from workers.geometry.formats.gltf import is_glb, is_gltf
 from workers.geometry.formats.off import begins_with_counts, is_off
@@ -66,6 +67,8 @@ def _by_magic(data: bytes) -> str | None:
     if data.startswith(b"PK\x03\x04"):
         if is_3mf(data):
             return "3mf"
+        if is_amf(data):
+            return "amf"
         raise UnsupportedFormatError("the content is a zip archive without a 3MF model part")
     if is_off(data):
         return "off"

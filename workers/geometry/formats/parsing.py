@@ -9,6 +9,7 @@ from types import MappingProxyType
 from typing import Literal
 
 from workers.errors import InvalidMeshError, ProteusError
+from workers.geometry.formats.amf import read_amf
 from workers.geometry.formats.brains import (
     read_brainvisa,
     read_freesurfer,
@@ -41,6 +42,7 @@ READERS: Mapping[str, Reader] = MappingProxyType(
         "glb": read_gltf,
         "gltf": read_gltf,
         "3mf": read_3mf,
+        "amf": read_amf,
         "vtk": read_legacy_vtk,
         "vtp": read_vtk_xml,
         "freesurfer": read_freesurfer,
@@ -50,7 +52,7 @@ READERS: Mapping[str, Reader] = MappingProxyType(
         "brainvisa": read_brainvisa,
     }
 )
-UPRIGHT_Z = ("stl", "3mf", "freesurfer", "freesurfer-text", "gifti", "mni", "brainvisa")
+UPRIGHT_Z = ("stl", "3mf", "amf", "freesurfer", "freesurfer-text", "gifti", "mni", "brainvisa")
 DEFAULT_LIMITS = MeshLimits()
 DAMAGED = (
     *(ValueError, LookupError, TypeError, AttributeError, ArithmeticError, RuntimeError),

@@ -196,13 +196,13 @@ PATTERNS: tuple[tuple[re.Pattern[bytes], Refused], ...] = (
 )
 """What the content matches at its first bytes, in this order."""
 
-ROOTS: dict[bytes, Refused] = {
-    b"svg": _picture("SVG"),
-    b"x3d": X3D,
-    b"meshlabproject": MESHLAB,
-    b"plist": Refused("a macOS property list", PICTURE),
-    b"kml": Refused("a KML map", _from("the program that wrote it")),
-    b"citymodel": Refused("a CityGML model", _from("the program that wrote it")),
+ROOTS: dict[str, Refused] = {
+    "svg": _picture("SVG"),
+    "x3d": X3D,
+    "meshlabproject": MESHLAB,
+    "plist": Refused("a macOS property list", PICTURE),
+    "kml": Refused("a KML map", _from("the program that wrote it")),
+    "citymodel": Refused("a CityGML model", _from("the program that wrote it")),
 }
 """Root elements of XML, in lower case, without their prefix."""
 

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 
+from workers.geometry.formats.amf import is_amf
 from workers.geometry.formats.brains import (
     is_brainvisa,
     is_freesurfer,
@@ -13,6 +14,7 @@ from workers.geometry.formats.brains import (
 from workers.geometry.formats.vtk import is_legacy_vtk, is_vtk_xml
 
 SIGNS: tuple[tuple[Callable[[bytes], bool], str], ...] = (
+    (is_amf, "amf"),
     (is_legacy_vtk, "vtk"),
     (is_vtk_xml, "vtp"),
     (is_freesurfer, "freesurfer"),

@@ -9,6 +9,7 @@ import numpy as np
 from workers.errors import InvalidMeshError, UnsupportedFormatError
 from workers.geometry.arrays import FloatArray, IntArray
 from workers.geometry.formats.limits import MeshLimits
+from workers.geometry.formats.placing import Placing
 from workers.geometry.formats.polygons import require_faces, require_indices
 from workers.geometry.formats.threemf.model_part import Model3MF, Object3MF, Reference
 from workers.geometry.formats.threemf.project import Asides
@@ -54,12 +55,12 @@ class Assembly:
     limits: MeshLimits
     left_out: Counter[str] = field(default_factory=Counter)
     repairs: list[str] = field(default_factory=list)
-    _vertices: list[FloatArray] = field(default_factory=list)
-    _faces: list[IntArray] = field(default_factory=list)
-    _n_vertices: int = 0
-    _n_faces: int = 0
     _n_instances: int = 0
     _bodies_only: bool = True
+
+    def __post_init__(self) -> None:
+        """Begin with nothing placed."""
+        self._placing = Placing(self.limits)
 
     def mesh(self, built: Sequence[Placed]) -> TriangleMesh:
         """Place build items: the bodies among them, or all where there is no body.
@@ -84,16 +85,16 @@ class Assembly:
             More vertices or faces than the limits allow.
         """
         self._place_all(built)
-        if not self._n_faces and self.left_out:
+        if not self._placing.n_faces and self.left_out:
             kinds = ", ".join(sorted(self.left_out))
             self.repairs.append(f"the file has no body, so what it has was read as one: {kinds}")
             self.left_out.clear()
             self._bodies_only = False
             self._n_instances = 0
             self._place_all(built)
-        if not self._n_faces:
+        if not self._placing.n_faces:
             self._refuse()
-        return TriangleMesh(np.concatenate(self._vertices), np.concatenate(self._faces))
+        return self._placing.mesh()
 
     def _place_all(self, built: Sequence[Placed]) -> None:
         """Place all items."""
@@ -126,7 +127,8 @@ class Assembly:
         if len(thing.faces):
             self._add(path, reference.object_id, thing, transform)
         elif thing.substitute is not None:
-            self._add_mesh(self._object(path, thing.substitute), transform)
+            shown = self._object(path, thing.substitute)
+            self._placing.add(shown.vertices, shown.faces, transform)
         for component in thing.components:
             role = self._role(path, reference.object_id, component)
             if role:
@@ -161,21 +163,10 @@ class Assembly:
                 kept[first : last + 1] = False
                 self.left_out[role] += 1
             if kept.any():
-                self._add_mesh(_part(thing, thing.faces[kept]), transform)
+                part = _part(thing, thing.faces[kept])
+                self._placing.add(part.vertices, part.faces, transform)
         else:
-            self._add_mesh(thing, transform)
-
-    def _add_mesh(self, thing: Object3MF, transform: FloatArray) -> None:
-        """Add triangles."""
-        vertices, faces = thing.vertices, thing.faces
-        require_indices(faces.ravel(), np.repeat(np.arange(len(faces)), 3), len(vertices))
-        n_vertices, n_faces = self._n_vertices + len(vertices), self._n_faces + len(faces)
-        self.limits.check(vertices=n_vertices, faces=n_faces)
-        with np.errstate(all="ignore"):  # infinite coordinates are cleaning's to report
-            self._vertices.append(vertices @ transform[:3, :3].T + transform[:3, 3])
-            mirrored = np.linalg.det(transform[:3, :3]) < 0
-        self._faces.append((faces[:, ::-1] if mirrored else faces) + self._n_vertices)
-        self._n_vertices, self._n_faces = n_vertices, n_faces
+            self._placing.add(thing.vertices, thing.faces, transform)
 
 
 def _part(thing: Object3MF, faces: IntArray) -> Object3MF:

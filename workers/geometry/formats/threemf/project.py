@@ -4,15 +4,10 @@ import re
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 
+from workers.geometry.formats.slicer_roles import role_of
 from workers.geometry.formats.xml_feed import attribute, local, read_xml
 
 PROJECT_FILE = re.compile(r"metadata/[^/]*model[^/]*\.config")
-BODIES = ("", "modelpart", "normalpart", "model", "solid", "solidpart")
-ROLES = {
-    **{"parametermodifier": "modifier", "modifierpart": "modifier"},
-    **{"negativevolume": "negative volume", "negativepart": "negative volume"},
-    **{"supportenforcer": "support enforcer", "supportblocker": "support blocker"},
-}
 
 
 @dataclass(frozen=True)
@@ -88,9 +83,8 @@ class _ProjectReader:
         """Keep a part that is no body."""
         if local(tag) not in ("volume", "part"):
             return
-        plain = re.sub(r"[^a-z]", "", self.role.lower())
-        if plain not in BODIES:
-            role = ROLES.get(plain, "modifier")
+        role = role_of(self.role)
+        if role:
             if self.first.isdecimal() and self.last.isdecimal():
                 span = (int(self.first), int(self.last), role)
                 self.asides.ranges.setdefault(self.object_id, []).append(span)
