@@ -21,6 +21,7 @@ from workers.geometry.formats.detect import detect_format
 from workers.geometry.formats.encodings import readable
 from workers.geometry.formats.gltf import read_gltf
 from workers.geometry.formats.limits import MeshLimits
+from workers.geometry.formats.msh import read_medit, read_msh
 from workers.geometry.formats.obj import read_obj
 from workers.geometry.formats.off import read_off
 from workers.geometry.formats.ply import read_ply
@@ -50,6 +51,8 @@ READERS: Mapping[str, Reader] = MappingProxyType(
         "gifti": read_gifti,
         "mni": read_mni,
         "brainvisa": read_brainvisa,
+        "msh": read_msh,
+        "medit": read_medit,
     }
 )
 UPRIGHT_Z = ("stl", "3mf", "amf", "freesurfer", "freesurfer-text", "gifti", "mni", "brainvisa")

@@ -67,6 +67,7 @@ MGH = Refused("an MGH image of FreeSurfer (a volume or values, no surface)", VOL
 ANNOTATION = Refused(
     "a FreeSurfer annotation", "send the surface it belongs to, such as lh.pial or lh.white"
 )
+MESHB = Refused("a binary Medit mesh (.meshb)", "write it as text (.mesh), as Mmg and Gmsh can")
 MATERIALS = Refused("a material library of an OBJ file", "send the .obj file")
 MATLAB = Refused("a MATLAB file of arrays", "write its vertices and faces as OFF or PLY")
 NUMPY = Refused("a file of numpy arrays", "write its vertices and faces as OFF or PLY")
@@ -185,6 +186,9 @@ PATTERNS: tuple[tuple[re.Pattern[bytes], Refused], ...] = (
         rb".{208}MAP [\x11\x44]", Refused("an MRC or CCP4 map (a volume, no surface)", VOLUME)
     ),
     _compiled(rb"\0\0\0\x01(?:\0\0.{2}){4}\0\0\0[\0\x01\x03\x04]", MGH),
+    _compiled(
+        rb"\x01\0\0\0[\x01-\x04]\0\0\0\x03\0\0\0|\0\0\0\x01\0\0\0[\x01-\x04]\0\0\0\x03", MESHB
+    ),
     _compiled(rb"RIFF.{4}WEBP", _picture("WebP")),
     _compiled(rb"RIFF.{4}(?:AVI |WAVE)", FILM),
     _compiled(rb".{4}ftyp(?:hei|avif|mif1)", IMAGE),
