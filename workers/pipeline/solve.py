@@ -21,6 +21,9 @@ from workers.settings import Settings
 from workers.storage.blobs import BlobStore, mesh_key
 from workers.storage.solutions import load_solution, store_solution
 
+UNPACKED = 2
+"""A compressed file may unpack to so many times the bytes that one file may have."""
+
 
 @dataclass(frozen=True)
 class ReadMesh:
@@ -101,7 +104,11 @@ def parse_upload(blobs: BlobStore, sha256: str, *, filename: str, settings: Sett
     InvalidMeshError, UnsupportedFormatError, UploadTooLargeError
         The bytes hold no mesh that can be used.
     """
-    limits = MeshLimits(vertices=settings.max_vertices, faces=settings.max_faces)
+    limits = MeshLimits(
+        vertices=settings.max_vertices,
+        faces=settings.max_faces,
+        unpacked=UNPACKED * settings.max_upload_bytes,
+    )
     return parse(blobs.get(mesh_key(sha256)), filename=filename, limits=limits)
 
 

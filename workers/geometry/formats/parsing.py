@@ -9,7 +9,6 @@ from types import MappingProxyType
 from typing import Literal
 
 from workers.errors import InvalidMeshError, ProteusError
-from workers.geometry.formats.amf import read_amf
 from workers.geometry.formats.brains import (
     read_brainvisa,
     read_freesurfer,
@@ -17,11 +16,11 @@ from workers.geometry.formats.brains import (
     read_gifti,
     read_mni,
 )
+from workers.geometry.formats.containers import unwrap
 from workers.geometry.formats.detect import detect_format
 from workers.geometry.formats.encodings import readable
 from workers.geometry.formats.gltf import read_gltf
 from workers.geometry.formats.limits import MeshLimits
-from workers.geometry.formats.msh import read_medit, read_msh
 from workers.geometry.formats.obj import read_obj
 from workers.geometry.formats.off import read_off
 from workers.geometry.formats.ply import read_ply
@@ -43,7 +42,6 @@ READERS: Mapping[str, Reader] = MappingProxyType(
         "glb": read_gltf,
         "gltf": read_gltf,
         "3mf": read_3mf,
-        "amf": read_amf,
         "vtk": read_legacy_vtk,
         "vtp": read_vtk_xml,
         "freesurfer": read_freesurfer,
@@ -51,11 +49,9 @@ READERS: Mapping[str, Reader] = MappingProxyType(
         "gifti": read_gifti,
         "mni": read_mni,
         "brainvisa": read_brainvisa,
-        "msh": read_msh,
-        "medit": read_medit,
     }
 )
-UPRIGHT_Z = ("stl", "3mf", "amf", "freesurfer", "freesurfer-text", "gifti", "mni", "brainvisa")
+UPRIGHT_Z = ("stl", "3mf", "freesurfer", "freesurfer-text", "gifti", "mni", "brainvisa")
 DEFAULT_LIMITS = MeshLimits()
 DAMAGED = (
     *(ValueError, LookupError, TypeError, AttributeError, ArithmeticError, RuntimeError),
@@ -89,14 +85,15 @@ class ParsedMesh:
 
 
 def parse(data: bytes, *, filename: str = "", limits: MeshLimits = DEFAULT_LIMITS) -> ParsedMesh:
-    """Read a file in any of the seven formats.
+    """Read a file in any of the formats, compressed or not.
 
     Parameters
     ----------
     data : bytes
         The whole file.
     filename : str
-        Its ending decides only where the content does not.
+        Its ending decides only where the content does not; that of a compressed file is the one
+        before ``.gz``.
     limits : MeshLimits
         Checked against declared counts before anything is allocated.
 
@@ -114,6 +111,7 @@ def parse(data: bytes, *, filename: str = "", limits: MeshLimits = DEFAULT_LIMIT
     UploadTooLargeError
         Over the limits.
     """
+    data, filename = unwrap(data, filename, limits)
     plain = readable(data)
     name = detect_format(plain.data, filename)
     try:
