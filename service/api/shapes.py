@@ -8,6 +8,7 @@ from service.dependencies import CollectionPath, FilterText, PageDep, ServicesDe
 from service.openapi import problems
 from service.schemas.pages import PageAnswer, answer_page
 from service.schemas.shapes import ShapeAnswer, ShapeChange, ShapeState, answer_shape
+from service.schemas.text import Text
 from service.security import READS, WRITES
 from workers.storage.collections import get_collection
 from workers.storage.shapes import delete_shape, get_shape, page_of_shapes
@@ -28,6 +29,10 @@ def list_all(
     label: FilterText = None,
     transformation: FilterText = None,
     name: FilterText = None,
+    path: Annotated[
+        Text | None,
+        Query(max_length=1024, description="the path of a shape, or a folder: all that is below"),
+    ] = None,
     state: Annotated[ShapeState | None, Query()] = None,
 ) -> PageAnswer[ShapeAnswer]:
     """List the shapes of a collection in the order they came."""
@@ -38,6 +43,7 @@ def list_all(
             limit=page.limit,
             cursor=page.cursor,
             state=state,
+            path=path,
             label=label,
             transformation=transformation,
             name=name,

@@ -131,6 +131,7 @@ def _new_shape(file: ReceivedFile, fields: UploadFields) -> NewShape:
         label=named.label if fields.label is None else fields.label,
         transformation=named.transformation,
         strength=named.strength,
+        path=named.path,
         attributes=fields.metadata or {},
     )
 

@@ -12,7 +12,10 @@ from workers.storage.models import Job
 
 JobKind = Literal["ingest", "query", "train", "describe", "evaluate", "prune"]
 JobState = Literal["queued", "running", "succeeded", "failed", "cancelled"]
-COPIED = ("id", "kind", "state", "errors", "attempts", "collection", "model", "result")
+COPIED = (
+    *("id", "kind", "state", "errors", "skipped", "skipped_count", "attempts", "collection"),
+    *("model", "result"),
+)
 JOB_EXAMPLE: JsonDict = {
     "id": "0199b1c4-7a11-7d2e-9c3b-5a6b7c8d9e0f",
     "kind": "ingest",
@@ -25,6 +28,8 @@ JOB_EXAMPLE: JsonDict = {
             "detail": "face 17 refers to vertex 99, but the mesh has 42 vertices",
         }
     ],
+    "skipped": [{"item": "zoo/preview.png", "detail": "picture"}],
+    "skipped_count": 1,
     "attempts": 1,
     "collection": "zoo",
     "model": None,
@@ -51,6 +56,13 @@ class JobError(Answer):
     detail: str
 
 
+class JobSkipped(Answer):
+    """A file of an upload that is no mesh, and in short what it is."""
+
+    item: str
+    detail: str
+
+
 class JobAnswer(Answer):
     """Work that takes longer than a request, in parts."""
 
@@ -61,6 +73,10 @@ class JobAnswer(Answer):
     state: JobState
     progress: Progress
     errors: list[JobError] = Field(description="the first thousand")
+    skipped: list[JobSkipped] = Field(
+        description="files beside the meshes of an upload that were left alone; the first thousand"
+    )
+    skipped_count: int = Field(description="how many those are; `progress` does not count them")
     attempts: int = Field(description="most often that a part of it was begun")
     collection: str | None
     model: str | None

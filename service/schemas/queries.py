@@ -14,7 +14,7 @@ from service.search import filters
 from service.search.queries import Ranking, SearchOptions
 from workers.retrieval.dissimilarity import DISSIMILARITIES
 
-FIELD_PATTERN = r"^(label|name|transformation|strength|metadata(\.[^.]{1,100}){1,8})$"
+FIELD_PATTERN = r"^(label|name|path|transformation|strength|metadata(\.[^.]{1,100}){1,8})$"
 FILTER_EXAMPLE: JsonDict = {
     "must": [{"field": "label", "in": ["cat", "dog"]}],
     "must_not": [{"field": "transformation", "equals": "noise"}],
@@ -56,7 +56,9 @@ def _bounds_of(kind: str) -> JsonDict:
 
 def _describe_condition(schema: JsonDict) -> None:
     """Say in the schema that a condition has exactly one test."""
-    schema["oneOf"] = [{"required": [name]} for name in ("equals", "in", "range")]
+    tests: list[JsonDict] = [{"required": [name]} for name in ("equals", "in", "range")]
+    under: JsonDict = {"required": ["under"], "properties": {"field": {"const": "path"}}}
+    schema["oneOf"] = [*tests, under]
 
 
 class Range(Body):
@@ -86,7 +88,7 @@ class Range(Body):
 
 
 class Condition(Body):
-    """One test of one field: give exactly one of `equals`, `in` and `range`.
+    """One test of one field: give exactly one of `equals`, `in`, `range` and `under`.
 
     A list in the metadata passes if one of its items does. A missing field equals null.
     """
@@ -94,7 +96,7 @@ class Condition(Body):
     model_config = ConfigDict(json_schema_extra=_describe_condition)
 
     field: Annotated[Text, StringConstraints(pattern=FIELD_PATTERN)] = Field(
-        description="label, name, transformation, strength, or metadata.KEY, metadata.KEY.KEY …",
+        description="label, name, path, transformation, strength, metadata.KEY, metadata.KEY.KEY …",
         json_schema_extra={"pattern": FIELD_PATTERN},
     )
     equals: Scalar = None
@@ -102,17 +104,24 @@ class Condition(Body):
         Field(None, alias="in")
     )
     range: Range | SkipJsonSchema[None] = None
+    under: Annotated[Text, StringConstraints(max_length=1024)] | SkipJsonSchema[None] = Field(
+        None, description="of `path` alone: a folder, and all that is below it passes"
+    )
 
     @model_validator(mode="after")
     def _one_test(self) -> "Condition":
-        given = self.model_fields_set & {"equals", "one_of", "range"}
+        given = self.model_fields_set & {"equals", "one_of", "range", "under"}
         empty = {name for name in given - {"equals"} if getattr(self, name) is None}
         if len(given) != 1 or empty:
-            raise ValueError("give exactly one of equals, in and range")
+            raise ValueError("give exactly one of equals, in, range and under")
+        if self.under is not None and self.field != "path":
+            raise ValueError("under tests the path alone")
         return self
 
     def to_value(self) -> filters.Condition:
         """Return the condition as the search takes it."""
+        if self.under is not None:
+            return filters.Condition(self.field, filters.Under(self.under))
         if self.range is not None:
             return filters.Condition(self.field, self.range.to_value())
         allowed = [self.equals] if self.one_of is None else self.one_of

@@ -17,6 +17,7 @@ SHAPE_EXAMPLE: JsonDict = {
     "id": "0199b1c4-6d0e-7c5a-b1f2-3d4e5f6a7b8c",
     "collection": "zoo",
     "name": "cat.holes.3.off",
+    "path": "animals/cat.holes.3.off",
     "label": "cat",
     "transformation": "holes",
     "strength": 3,
@@ -29,6 +30,7 @@ SHAPE_EXAMPLE: JsonDict = {
     "n_components": 1,
     "n_boundary_loops": 3,
     "repairs": ["merged 512 duplicate vertices"],
+    "found": ["vertex colours"],
     "state": "ready",
     "error": None,
     "created_at": "2026-03-01T09:30:00Z",
@@ -36,11 +38,11 @@ SHAPE_EXAMPLE: JsonDict = {
 
 NOT_YET_KNOWN: JsonDict = {
     **{"state": "queued", "format": None, "n_vertices": None, "n_faces": None, "area": None},
-    **{"n_components": None, "n_boundary_loops": None, "repairs": []},
+    **{"n_components": None, "n_boundary_loops": None, "repairs": [], "found": []},
 }
 COPIED = (
-    *("id", "name", "label", "transformation", "strength", "sha256", "format", "n_vertices"),
-    *("n_faces", "area", "n_components", "n_boundary_loops", "repairs"),
+    *("id", "name", "path", "label", "transformation", "strength", "sha256", "format"),
+    *("n_vertices", "n_faces", "area", "n_components", "n_boundary_loops", "repairs", "found"),
 )
 
 
@@ -59,18 +61,26 @@ class ShapeAnswer(Answer):
     id: str
     collection: str
     name: str
+    path: str = Field(
+        description="where it lay: the folders of its file name, or those within its archive, and "
+        "its name; a shape that is renamed keeps it"
+    )
     label: str | None
     transformation: str | None
     strength: int | None
     metadata: dict[str, Any]
-    sha256: str = Field(description="of the file as it was uploaded")
+    sha256: str = Field(
+        description="of the file as it was uploaded; of the GLB that a glTF file and the files it "
+        "refers to were joined to"
+    )
     format: str | None = Field(description="by the file's content; null until it was read")
     n_vertices: int | None
     n_faces: int | None
     area: float | None = Field(description="in the file's unit, squared")
     n_components: int | None
     n_boundary_loops: int | None
-    repairs: list[str] = Field(description="what cleaning did")
+    repairs: list[str] = Field(description="what reading and cleaning did")
+    found: list[str] = Field(description="what else the file holds and what is left alone")
     state: ShapeState
     error: ShapeError | None
     created_at: datetime

@@ -13,11 +13,12 @@ from sqlalchemy import ColumnElement, select
 from sqlalchemy.orm import Session
 
 from workers.storage.models import Shape
+from workers.storage.shapes import lies_under
 
-COLUMNS = ("label", "name", "transformation", "strength")
+COLUMNS = ("label", "name", "path", "transformation", "strength")
 Scalar = bool | int | float | str | None
 Fields = Mapping[str, Any]
-"""A shape's label, name, transformation, strength and metadata."""
+"""A shape's label, name, path, transformation, strength and metadata."""
 
 
 @dataclass(frozen=True)
@@ -39,19 +40,40 @@ class Range:
 
 
 @dataclass(frozen=True)
+class Under:
+    """A folder: it passes itself and all that is below it.
+
+    Attributes
+    ----------
+    folder : str
+        Names with ``/`` between them; the empty folder has everything below it.
+    """
+
+    folder: str
+
+    def passes(self, path: object) -> bool:
+        """Whether a path is this one or lies below it."""
+        folder = self.folder.strip("/")
+        if not isinstance(path, str):
+            return False
+        return not folder or path == folder or path.startswith(f"{folder}/")
+
+
+@dataclass(frozen=True)
 class Condition:
     """A test of one field.
 
     Attributes
     ----------
     field : str
-        label, name, transformation, strength, or keys of the metadata: ``metadata.KEY.KEY``.
-    allowed : tuple of Scalar, or Range
+        label, name, path, transformation, strength, or keys of the metadata:
+        ``metadata.KEY.KEY``.
+    allowed : tuple of Scalar, Range, or Under
         The values that pass. A missing field has the value None.
     """
 
     field: str
-    allowed: tuple[Scalar, ...] | Range
+    allowed: tuple[Scalar, ...] | Range | Under
 
 
 @dataclass(frozen=True)
@@ -111,7 +133,7 @@ def passes(wanted: Filter, fields: Fields) -> bool:
     wanted : Filter
         The filter.
     fields : Mapping
-        The shape's label, name, transformation, strength and metadata.
+        The shape's label, name, path, transformation, strength and metadata.
 
     Returns
     -------
@@ -157,6 +179,8 @@ def _look_up(field: str, fields: Fields) -> object:
 
 def _test(condition: Condition) -> Callable[[object], bool]:
     allowed = condition.allowed
+    if isinstance(allowed, Under):
+        return allowed.passes
     if isinstance(allowed, Range):
         return lambda value: _within(allowed, value)
     keys = {_key(value) for value in allowed}
@@ -190,7 +214,9 @@ def _within(bounds: Range, value: object) -> bool:
 def _narrowing(condition: Condition) -> ColumnElement[bool] | None:
     """Return SQL that is true wherever the condition holds; None where there is no such SQL."""
     values = condition.allowed
-    if condition.field not in COLUMNS or isinstance(values, Range):
+    if condition.field == "path" and isinstance(values, Under):
+        return lies_under(values.folder)
+    if condition.field not in COLUMNS or isinstance(values, Range | Under):
         return None
     column = getattr(Shape, condition.field)
     if condition.field == "strength":

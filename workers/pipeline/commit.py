@@ -74,7 +74,7 @@ def commit_failure(bench: Workbench, claim: Claim, kind: str, detail: str) -> No
         shape = session.get(Shape, claim.shape_id) if claim.shape_id else None
         if shape is not None:
             shape.error = {"type": kind, "detail": detail}
-        item = item_of(claim.kind, claim.payload) if shape is None else shape.name
+        item = item_of(claim.kind, claim.payload) if shape is None else shape.path
         parts = finish_part(session, claim, failure=Failure(item, kind, detail))
     bench.send(parts)
 
@@ -94,6 +94,7 @@ def _end_part(
             session,
             claim,
             failed_items=outcome.failures,
+            skipped=outcome.skipped,
             follow_up=outcome.follow_up,
             finale=outcome.finale,
             again=outcome.again,

@@ -35,6 +35,7 @@ class Facts:
     n_components: int
     n_boundary_loops: int
     repairs: list[str]
+    found: list[str]
 
 
 def ingest(bench: Workbench, claim: Claim) -> Outcome:
@@ -87,6 +88,7 @@ def _facts(read: ReadMesh) -> Facts:
         n_components=count_components(read.mesh),
         n_boundary_loops=len(boundary_loops(read.mesh)),
         repairs=list(read.repairs),
+        found=list(read.found),
     )
 
 

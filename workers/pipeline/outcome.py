@@ -7,7 +7,7 @@ from typing import TypeAlias
 from sqlalchemy.orm import Session
 
 from workers.pipeline.workbench import Workbench
-from workers.storage.jobs import NewPart
+from workers.storage.jobs import NewPart, Skipped
 from workers.storage.models import Job
 from workers.storage.parts import Claim, Failure
 
@@ -25,6 +25,8 @@ class Outcome:
         or follows depends on the rows that it locked, `GoOn` if something is still missing.
     failures : sequence of Failure
         Items of this part that failed. Its weight counts them already; the part has succeeded.
+    skipped : sequence of Skipped
+        Files of an upload that are no meshes; no progress counts them.
     follow_up : sequence of NewPart
         Parts to be queued.
     finale : NewPart, optional
@@ -37,6 +39,7 @@ class Outcome:
 
     store: "Store | None" = None
     failures: Sequence[Failure] = ()
+    skipped: Sequence[Skipped] = ()
     follow_up: Sequence[NewPart] = ()
     finale: NewPart | None = None
     again: Sequence[str] = ()

@@ -133,5 +133,6 @@ def _new_shape(entry: Entry, sha256: str, archive: Mapping[str, Any]) -> NewShap
         label=named.label if label is None else label,
         transformation=named.transformation,
         strength=named.strength,
+        path=named.path,
         attributes=archive.get("attributes") or {},
     )

@@ -42,6 +42,29 @@ class NewPart:
     shape_id: str | None = None
 
 
+@dataclass(frozen=True)
+class Skipped:
+    """A file of an upload that is no mesh, and in short what it is."""
+
+    item: str
+    detail: str
+
+
+def note_skipped(job: Job, skipped: Sequence[Skipped]) -> None:
+    """Count files that were skipped, and name the first of them in the job.
+
+    Parameters
+    ----------
+    job : Job
+        Its row, locked or new.
+    skipped : sequence of Skipped
+        What was found beside the meshes.
+    """
+    room = max(0, MAX_ERRORS - len(job.skipped))
+    job.skipped = [*job.skipped, *(dict(vars(one)) for one in skipped[:room])]
+    job.skipped_count += len(skipped)
+
+
 def part_to_json(part: NewPart) -> dict[str, Any]:
     """Write a part that is to be queued later.
 
@@ -103,6 +126,8 @@ def create_job(
         unit=unit,
         errors=[],
         failed=0,
+        skipped=[],
+        skipped_count=0,
         attempts=0,
         collection=collection,
         model=model,

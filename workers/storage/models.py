@@ -83,6 +83,7 @@ class CollectionModel(Base):
 class Job(Base):
     """Long work as its client sees it; the parts below it are what workers claim.
 
+    ``skipped`` has the first of ``skipped_count`` files of an upload that are no meshes.
     ``result`` is what the work found out, where that is stored nowhere else.
     """
 
@@ -95,6 +96,8 @@ class Job(Base):
     unit: Mapped[str] = mapped_column(String(20))
     errors: Mapped[list[Json]] = mapped_column(JSON)
     failed: Mapped[int] = mapped_column(Integer)
+    skipped: Mapped[list[Json]] = mapped_column(JSON)
+    skipped_count: Mapped[int] = mapped_column(Integer)
     attempts: Mapped[int] = mapped_column(Integer)
     collection: Mapped[str | None] = mapped_column(String(63))
     model: Mapped[str | None] = mapped_column(String(63))
@@ -117,19 +120,21 @@ class Shape(Base):
     )
     job_id: Mapped[str | None] = mapped_column(String(36))
     name: Mapped[str] = mapped_column(Text)
+    path: Mapped[str] = mapped_column(Text)
     label: Mapped[str | None] = mapped_column(Text)
     transformation: Mapped[str | None] = mapped_column(Text)
     strength: Mapped[int | None] = mapped_column(Integer)
     attributes: Mapped[Json] = mapped_column("metadata", JSON)
     sha256: Mapped[str] = mapped_column(String(64), index=True)
     n_bytes: Mapped[int] = mapped_column(BigInteger)
-    format: Mapped[str | None] = mapped_column(String(10))
+    format: Mapped[str | None] = mapped_column(String(20))
     n_vertices: Mapped[int | None] = mapped_column(Integer)
     n_faces: Mapped[int | None] = mapped_column(Integer)
     area: Mapped[float | None] = mapped_column(Double)
     n_components: Mapped[int | None] = mapped_column(Integer)
     n_boundary_loops: Mapped[int | None] = mapped_column(Integer)
     repairs: Mapped[list[str]] = mapped_column(JSON)
+    found: Mapped[list[str]] = mapped_column(JSON)
     error: Mapped[Json | None] = mapped_column(JSON(none_as_null=True))
     created_at: Mapped[float] = mapped_column(Double)
 

@@ -21,9 +21,11 @@ from workers.storage.identifiers import new_id
 from workers.storage.jobs import (
     MAX_ERRORS,
     NewPart,
+    Skipped,
     add_parts,
     end_if_all_ended,
     get_job,
+    note_skipped,
     part_to_json,
 )
 from workers.storage.models import Job, Part, Shape
@@ -187,6 +189,7 @@ def finish_part(
     *,
     failure: Failure | None = None,
     failed_items: Sequence[Failure] = (),
+    skipped: Sequence[Skipped] = (),
     follow_up: Sequence[NewPart] = (),
     finale: NewPart | None = None,
     again: Sequence[str] = (),
@@ -203,6 +206,8 @@ def finish_part(
         Why the part failed as a whole.
     failed_items : sequence of Failure
         Items that failed inside of a part that succeeded; its weight counts them already.
+    skipped : sequence of Skipped
+        Files that are no meshes; no progress counts them.
     follow_up : sequence of NewPart
         Parts to be queued.
     finale : NewPart, optional
@@ -232,6 +237,7 @@ def finish_part(
     named = [*failed_items, *([] if failure is None else [failure])]
     room = max(0, MAX_ERRORS - len(job.errors))
     job.errors = [*job.errors, *(dict(vars(one)) for one in named[:room])]
+    note_skipped(job, skipped)
     if finale is not None:
         job.finale = part_to_json(finale)
     queued = [*_queue_again(session, job, again), *add_parts(session, job, follow_up)]
@@ -364,7 +370,7 @@ def fail_exhausted(session: Session, part_id: str, *, now: float, max_attempts: 
     claim = Claim(
         part.id, part.job_id, part.kind, part.payload, part.shape_id, part.owner, part.attempts
     )
-    item = item_of(part.kind, part.payload) if shape is None else shape.name
+    item = item_of(part.kind, part.payload) if shape is None else shape.path
     return finish_part(
         session, claim, failure=Failure(item=item, type="computation-lost", detail=detail)
     )

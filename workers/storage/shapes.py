@@ -9,7 +9,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-from sqlalchemy import ColumnElement, case, select
+from sqlalchemy import ColumnElement, case, func, or_, select, true
 from sqlalchemy.dialects import postgresql, sqlite
 from sqlalchemy.orm import Session
 
@@ -22,7 +22,10 @@ from workers.storage.paging import Page, cut_page, decode_cursor
 
 @dataclass(frozen=True)
 class NewShape:
-    """A mesh that was received: its content's hash and what is said of it."""
+    """A mesh that was received: its content's hash and what is said of it.
+
+    Its path is where it lay in its folder or archive; without one, that is its name.
+    """
 
     sha256: str
     n_bytes: int
@@ -30,6 +33,7 @@ class NewShape:
     label: str | None = None
     transformation: str | None = None
     strength: int | None = None
+    path: str = ""
     attributes: Mapping[str, Any] = field(default_factory=dict)
 
 
@@ -67,8 +71,13 @@ def create_shape(session: Session, collection_id: str, shape: NewShape) -> tuple
         id=new_id(),
         collection_id=collection_id,
         repairs=[],
+        found=[],
         created_at=time.time(),
-        **{**vars(shape), "attributes": dict(shape.attributes)},
+        **{
+            **vars(shape),
+            "path": shape.path or shape.name,
+            "attributes": dict(shape.attributes),
+        },
     )
     unseen = statement.on_conflict_do_nothing(index_elements=["collection_id", "sha256"])
     created = session.scalar(unseen.returning(Shape.id))
@@ -92,6 +101,23 @@ def state_of_shape() -> ColumnElement[str]:
         (running, "processing"),
         else_="queued",
     )
+
+
+def lies_under(folder: str) -> ColumnElement[bool]:
+    """SQL condition that a shape lay at a path, or anywhere below it.
+
+    Parameters
+    ----------
+    folder : str
+        Names with ``/`` between them; one at the end means the same. Upper and lower case differ.
+
+    Returns
+    -------
+    An expression for a statement over ``Shape``; it is true for all shapes if the path is empty.
+    """
+    folder = folder.strip("/")
+    below = func.substr(Shape.path, 1, len(folder) + 1) == f"{folder}/"
+    return or_(Shape.path == folder, below) if folder else true()
 
 
 def get_shape(session: Session, shape_id: str) -> ShapeView:
@@ -148,6 +174,7 @@ def page_of_shapes(
     limit: int,
     cursor: str | None,
     state: str | None = None,
+    path: str | None = None,
     **equals: str | None,
 ) -> Page[ShapeView]:
     """Shapes of a collection in the order they came.
@@ -164,6 +191,8 @@ def page_of_shapes(
         ``next_cursor`` of the page before; None for the first page.
     state : str, optional
         Only those in this state.
+    path : str, optional
+        Only the one that lay there, or all below this folder.
     **equals : str or None
         Only those whose columns have these values; None for any.
 
@@ -182,6 +211,8 @@ def page_of_shapes(
             statement = statement.where(getattr(Shape, name) == value)
     if state is not None:
         statement = statement.where(state_of_shape() == state)
+    if path is not None:
+        statement = statement.where(lies_under(path))
     if (after := decode_cursor(cursor)) is not None:
         statement = statement.where(Shape.id > after)
     rows = session.execute(statement.order_by(Shape.id).limit(limit + 1)).all()

@@ -314,14 +314,14 @@ export interface components {
         };
         /**
          * Condition
-         * @description One test of one field: give exactly one of `equals`, `in` and `range`.
+         * @description One test of one field: give exactly one of `equals`, `in`, `range` and `under`.
          *
          *     A list in the metadata passes if one of its items does. A missing field equals null.
          */
         Condition: {
             /**
              * Field
-             * @description label, name, transformation, strength, or metadata.KEY, metadata.KEY.KEY …
+             * @description label, name, path, transformation, strength, metadata.KEY, metadata.KEY.KEY …
              */
             field: string;
             /** Equals */
@@ -329,7 +329,15 @@ export interface components {
             /** In */
             in?: (boolean | number | string | null)[];
             range?: components["schemas"]["Range"];
-        } & (unknown | unknown | unknown);
+            /**
+             * Under
+             * @description of `path` alone: a folder, and all that is below it passes
+             */
+            under?: string;
+        } & (unknown | unknown | unknown | {
+            /** @constant */
+            field?: "path";
+        });
         /**
          * Differences
          * @description How much better a model is than the first one, on the same resamplings of labels.
@@ -683,6 +691,16 @@ export interface components {
              */
             errors: components["schemas"]["JobError"][];
             /**
+             * Skipped
+             * @description files beside the meshes of an upload that were left alone; the first thousand
+             */
+            skipped: components["schemas"]["JobSkipped"][];
+            /**
+             * Skipped Count
+             * @description how many those are; `progress` does not count them
+             */
+            skipped_count: number;
+            /**
              * Attempts
              * @description most often that a part of it was begun
              */
@@ -717,6 +735,16 @@ export interface components {
             item: string;
             /** Type */
             type: string;
+            /** Detail */
+            detail: string;
+        };
+        /**
+         * JobSkipped
+         * @description A file of an upload that is no mesh, and in short what it is.
+         */
+        JobSkipped: {
+            /** Item */
+            item: string;
             /** Detail */
             detail: string;
         };
@@ -1268,6 +1296,11 @@ export interface components {
             collection: string;
             /** Name */
             name: string;
+            /**
+             * Path
+             * @description where it lay: the folders of its file name, or those within its archive, and its name; a shape that is renamed keeps it
+             */
+            path: string;
             /** Label */
             label: string | null;
             /** Transformation */
@@ -1280,7 +1313,7 @@ export interface components {
             };
             /**
              * Sha256
-             * @description of the file as it was uploaded
+             * @description of the file as it was uploaded; of the GLB that a glTF file and the files it refers to were joined to
              */
             sha256: string;
             /**
@@ -1303,9 +1336,14 @@ export interface components {
             n_boundary_loops: number | null;
             /**
              * Repairs
-             * @description what cleaning did
+             * @description what reading and cleaning did
              */
             repairs: string[];
+            /**
+             * Found
+             * @description what else the file holds and what is left alone
+             */
+            found: string[];
             /**
              * State
              * @enum {string}

@@ -1,1 +1,0 @@
-"""A folder of files with what is expected of each: ``python -m benchmarks.cases``."""
