@@ -39,7 +39,20 @@ class Decoder(Protocol):
         """What follows the member."""
 
     def decompress(self, data: bytes, max_length: int) -> bytes:
-        """Put bytes in, and get at most so many out."""
+        """Put bytes in, and get bytes out.
+
+        Parameters
+        ----------
+        data : bytes
+            What follows what was put in before.
+        max_length : int
+            Most bytes that come out.
+
+        Returns
+        -------
+        bytes
+            None where more has to be put in.
+        """
 
 
 class _Gzip:
