@@ -75,7 +75,9 @@ def measure(data: bytes, model: Model, folder: Path) -> tuple[dict[str, float], 
             lambda v=view, m=mesh: compute_spectrum(m, n_eigenpairs=v.eigenpairs),  # type: ignore[misc]
         )
         before = _stored(folder)
-        solutions[view.name] = store_solution(blobs, digest, view, Solution(mesh, spectrum))
+        solutions[view.name] = store_solution(
+            blobs, digest, view, Solution(mesh, spectrum), cleaned=cleaned
+        )
         stored[f"solution {view.name}"] = _stored(folder) - before
     clock.time("describe", lambda: describe(solutions, model))
     return clock.seconds, stored

@@ -8,7 +8,7 @@ from tests.formats.kinds import BODY, THE_BODY, Kind
 from workers.errors import ProteusError
 from workers.geometry.cleaning import CleanedMesh, clean
 from workers.geometry.formats import ParsedMesh, parse
-from workers.geometry.topology import boundary_loops, count_components
+from workers.geometry.topology import boundary_loops, count_surface_components
 
 KINDS = every_kind()
 READ = [kind for kind in KINDS if kind.facts]
@@ -27,7 +27,7 @@ def test_the_mesh_is_what_people_mean_by_the_file(kind: Kind) -> None:
     assert facts is not None
     for expected, found in (
         (facts.vertices, mesh.n_vertices),
-        (facts.components, count_components(mesh)),
+        (facts.components, count_surface_components(mesh)),
         (facts.loops, len(boundary_loops(mesh))),
     ):
         assert expected in (None, found)

@@ -94,13 +94,29 @@ def test_repeated_faces_of_either_winding_are_dropped() -> None:
     assert_array_equal(cleaned.mesh.faces, octahedron().faces)
 
 
-def test_fragments_below_one_per_cent_are_left_out_and_larger_ones_kept() -> None:
+def test_debris_below_a_ten_thousandth_is_left_out_and_its_share_named() -> None:
     ball = icosphere(2)
-    for size, n_components in ((0.09, 1), (0.12, 2)):  # areas of 0.8 % and 1.4 %
+    for size, n_components in ((0.009, 1), (0.012, 2)):  # areas of 0.008 % and 0.014 %
         cleaned = clean(union(ball, translated(scaled(ball, size), (5, 0, 0))))
         assert count_components(cleaned.mesh) == n_components
-        said = ("left out 1 fragment below 1 % of the area",) if n_components == 1 else ()
-        assert cleaned.repairs == said
+        said = ("left out 1 fragment, less than 0.01% of the area together",)
+        assert cleaned.repairs == (said if n_components == 1 else ())
+
+
+def test_what_is_left_out_stays_below_one_per_cent_together() -> None:
+    specks = [
+        translated(scaled(octahedron(), 0.008 + 0.000001 * i), (3, 0, 0.1 * i)) for i in range(400)
+    ]
+    mesh = union(icosphere(2), *specks)
+    cleaned = clean(mesh)
+    lost = 1.0 - cleaned.mesh.area / mesh.area
+    assert 0.009 < lost < 0.01
+    assert count_components(cleaned.mesh) > 1
+
+
+def test_equal_parts_are_all_kept() -> None:
+    balls = [translated(octahedron(), (3.0 * i, 0, 0)) for i in range(300)]
+    assert clean(union(*balls)).mesh.n_faces == 300 * 8
 
 
 def test_all_repairs_are_said_in_their_order() -> None:
@@ -112,7 +128,7 @@ def test_all_repairs_are_said_in_their_order() -> None:
         "merged 198 duplicate vertices",
         "dropped 1 zero-area face",
         "dropped 1 duplicate face",
-        "left out 1 fragment below 1 % of the area",
+        "left out 1 fragment, less than 0.01% of the area together",
     )
 
 

@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 from tests.meshes import bumpy_sphere, icosahedron, octahedron, translated, union
 from workers.errors import InvalidMeshError, UnsupportedFormatError, UploadTooLargeError
 from workers.geometry.cleaning import clean
+from workers.geometry.components import MOST_DESCRIBED, described_components
 from workers.geometry.formats import WRITTEN_FORMATS, MeshLimits, parse, write
 from workers.geometry.mesh import TriangleMesh
 from workers.geometry.topology import count_components
@@ -191,10 +192,11 @@ def test_sixty_equal_components_are_all_kept() -> None:
     assert cleaned.mesh.n_vertices == 360
 
 
-def test_two_hundred_equal_components_are_no_shape() -> None:
-    many = union(*[translated(octahedron(), (3.0 * i, 0, 0)) for i in range(200)])
-    with pytest.raises(InvalidMeshError, match="200 pieces, each below 1 % of the area"):
-        clean(many)
+def test_two_thousand_equal_components_are_weighed_at_once() -> None:
+    many = union(*[translated(octahedron(), (3.0 * i, 0, 0)) for i in range(2000)])
+    found = described_components(clean(many).mesh)
+    assert len(found.parts) <= MOST_DESCRIBED
+    assert found.equal_parts == pytest.approx(2000)
 
 
 def test_coordinates_that_overflow_when_squared_are_refused() -> None:

@@ -24,8 +24,10 @@ from workers.geometry.topology import (
     boundary_edges,
     boundary_loops,
     count_components,
+    count_surface_components,
     euler_characteristic,
     face_components,
+    surface_components,
     vertex_components,
 )
 
@@ -60,6 +62,19 @@ def test_components_of_faces_are_those_of_their_vertices() -> None:
     mesh = union(octahedron(), tetrahedron())
     assert_array_equal(face_components(mesh), [0] * 8 + [1] * 4)
     assert_array_equal(vertex_components(mesh), [0] * 6 + [1] * 4)
+
+
+def test_bodies_that_touch_in_a_vertex_are_two_surfaces() -> None:
+    upper = TriangleMesh(octahedron().vertices, octahedron().faces)
+    touching = union(upper, translated(octahedron(), (2, 0, 0)))
+    merged = np.arange(12)
+    where = np.flatnonzero((touching.vertices == [1, 0, 0]).all(axis=1))
+    merged[where] = where[0]
+    pinched = TriangleMesh(touching.vertices, merged[touching.faces])
+    assert count_components(pinched) == 1
+    assert count_surface_components(pinched) == 2
+    assert_array_equal(surface_components(pinched), [0] * 8 + [1] * 8)
+    assert count_surface_components(TriangleMesh(np.zeros((0, 3)), np.zeros((0, 3), np.int64))) == 0
 
 
 def test_every_edge_is_there_once() -> None:

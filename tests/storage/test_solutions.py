@@ -7,7 +7,7 @@ import pytest
 from numpy.testing import assert_array_equal
 
 import workers.geometry.solution as solution_module
-from tests.meshes import bumpy_sphere
+from tests.meshes import bumpy_sphere, scaled, translated, union
 from workers.diffusion.kernels import CommuteTimeKernel
 from workers.geometry.preparation import open_view
 from workers.geometry.sampling import SAMPLES, SurfaceSample, sample_surface
@@ -27,7 +27,8 @@ def store(tmp_path_factory: pytest.TempPathFactory) -> BlobStore:
     """A store that holds one solution, of more vertices than a sample has points."""
     folder: Path = tmp_path_factory.mktemp("blobs")
     blobs = BlobStore(f"file://{folder}")
-    store_solution(blobs, SHA256, VIEW, solve(bumpy_sphere(4), VIEW))
+    mesh = bumpy_sphere(4)
+    store_solution(blobs, SHA256, VIEW, solve(mesh, VIEW), cleaned=mesh)
     return blobs
 
 
@@ -58,3 +59,18 @@ def test_a_solution_that_was_stored_without_a_sample_gives_the_same_descriptor(
     found = describe({VIEW.name: load_solution(store, "1" * 64, VIEW)}, model)
     assert found.tobytes() == expected.tobytes()
     assert np.isfinite(found).all()
+
+
+def test_a_solution_of_several_components_is_read_back_with_its_parts(tmp_path: Path) -> None:
+    blobs = BlobStore(f"file://{tmp_path}")
+    mesh = union(bumpy_sphere(3), translated(scaled(bumpy_sphere(2), 0.5), (4, 0, 0)))
+    stored = store_solution(blobs, SHA256, VIEW, solve(mesh, VIEW), cleaned=mesh)
+    loaded = load_solution(blobs, SHA256, VIEW)
+    assert loaded.equal_parts == stored.equal_parts > 1.0
+    for ours, theirs in zip(loaded.parts, stored.parts, strict=True):
+        assert (ours.weight, ours.copies) == (theirs.weight, theirs.copies)
+        read, kept = ours.solution, theirs.solution
+        assert_array_equal(read.mesh.faces, kept.mesh.faces)
+        assert_array_equal(read.spectrum.eigenvectors, kept.spectrum.eigenvectors)
+        assert_array_equal(read.sample().indices, kept.sample().indices)
+    assert_array_equal(loaded.spectrum.eigenvalues, stored.spectrum.eigenvalues)

@@ -6,13 +6,12 @@ import numpy as np
 
 from workers.errors import InvalidMeshError
 from workers.geometry.arrays import BoolArray, FloatArray, IntArray
+from workers.geometry.fragments import without_debris
 from workers.geometry.mesh import TriangleMesh
 from workers.geometry.strays import without_strays, without_unreferenced
-from workers.geometry.topology import face_components
 
 MERGE_DISTANCE = 1e-9  # of the bounding box's diagonal
 THINNEST_FACE = 1e-6  # height over longest edge; cotangents beyond its inverse drown in rounding
-SMALLEST_FRAGMENT = 0.01  # of the total area
 FEWEST_FACES = 4  # a closed surface has no fewer
 VERTICES = ("vertex", "vertices")
 FACES = ("face", "faces")
@@ -41,7 +40,7 @@ def clean(mesh: TriangleMesh) -> CleanedMesh:
 
     Drops unreferenced vertices, leaves out strays (faces at vertices that are not finite or
     absurdly far away), merges vertices that lie on each other, drops faces without
-    area, repeated faces (of either winding) and components below 1 % of the area.
+    area, repeated faces (of either winding) and debris, see `without_debris`.
 
     Parameters
     ----------
@@ -77,9 +76,13 @@ def clean(mesh: TriangleMesh) -> CleanedMesh:
     faces = kept[_first_of_their_kind(kept)]
     _report(repairs, "dropped {} duplicate {}", len(kept) - len(faces), FACES)
 
-    whole, n_fragments = _without_fragments(scaled, faces)
-    _report(repairs, "left out {} {} below 1 % of the area", n_fragments, FRAGMENTS)
-    vertices, faces = without_unreferenced(vertices, whole)
+    if len(faces):
+        found = without_debris(TriangleMesh(scaled, faces))
+        share = f"{found.share:.2%}" if found.share >= 1e-4 else "less than 0.01%"
+        sentence = f"left out {{}} {{}}, {share} of the area together"
+        _report(repairs, sentence, found.n_left_out, FRAGMENTS)
+        faces = faces[found.faces]
+    vertices, faces = without_unreferenced(vertices, faces)
     if len(faces) < FEWEST_FACES:
         raise InvalidMeshError(
             f"{len(faces)} {FACES[len(faces) != 1]} left after cleaning, "
@@ -226,19 +229,3 @@ def _first_of_their_kind(faces: IntArray) -> IntArray:
     new = np.ones(len(faces), dtype=np.bool_)
     new[1:] = (ordered[1:] != ordered[:-1]).any(axis=1)
     return np.sort(order[new])
-
-
-def _without_fragments(vertices: FloatArray, faces: IntArray) -> tuple[IntArray, int]:
-    """Faces of the components that have 1 % of the area, and how many components have less."""
-    if len(faces) == 0:
-        return faces, 0
-    mesh = TriangleMesh(vertices, faces)
-    labels = face_components(mesh)  # (m,)
-    areas = np.bincount(labels, weights=mesh.face_areas)  # (components,)
-    large = areas >= SMALLEST_FRAGMENT * areas.sum()
-    if not large.any():
-        raise InvalidMeshError(
-            f"the mesh falls into {len(areas):,} pieces, each below 1 % of the area; "
-            "expected connected surfaces"
-        )
-    return faces[large[labels]], int((~large).sum())

@@ -2,8 +2,9 @@
 
 import hashlib
 import json
+import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 from typing import Any
 
@@ -23,6 +24,7 @@ LONGEST_LOOP = 50.0  # p² / A: longer ones are the rims of sheets, which are do
 SMOOTHED_VERTICES = 2500  # nothing finer is left of a smoothed surface: chosen, not measured
 VIEW_NAMES = ("closed", "open", "smooth", "smooth-open", "detailed")
 DETAILED_EIGENPAIRS = 200  # decision 0015
+FEWEST_OF_A_PART = 250  # vertices of a component that counts little: chosen, see decision 30
 FEWEST_VERTICES = 1000  # a coarser mesh has too few eigenpairs: decision 0003
 
 
@@ -106,6 +108,32 @@ class View:
     def is_smoothed(self) -> bool:
         """Whether a step takes noise off."""
         return any(step.name in {"fair", "smooth"} for step in self.steps)
+
+    def for_share(self, weight: float) -> "View":
+        """The view under which one component of several is prepared.
+
+        Parameters
+        ----------
+        weight : float
+            How much it counts, from 0 to 1.
+
+        Returns
+        -------
+        View
+            This one from a quarter on; with fewer vertices below.
+        """
+        share = min(1.0, 4.0 * weight)
+        if share == 1.0:
+            return self
+        fewest = {"refine": FEWEST_OF_A_PART, "simplify": 2 * FEWEST_OF_A_PART}
+        steps = []
+        for step in self.steps:
+            count = step.parameters.get("vertices")
+            if step.name in fewest and count is not None:
+                least = min(count, fewest[step.name])
+                step = Step(step.name, {"vertices": max(least, math.ceil(share * count))})
+            steps.append(step)
+        return replace(self, steps=tuple(steps))
 
     def to_json(self) -> dict[str, Any]:
         """Plain dict, as it is stored with a model.

@@ -1,13 +1,38 @@
 """A working mesh with what is computed of it once: its spectrum, and points that stand for it."""
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 
+import numpy as np
+
+from workers.errors import InvalidMeshError, SpectrumError
 from workers.geometry.arrays import IntArray
+from workers.geometry.components import described_components
 from workers.geometry.mesh import TriangleMesh
 from workers.geometry.preparation import View, prepare
 from workers.geometry.sampling import SAMPLES, SurfaceSample, sample_surface
 from workers.geometry.spectrum import Spectrum, compute_spectrum
+
+MOST_LOST = 0.5  # of the weight, before a surface of several parts counts as too thin
+
+
+@dataclass(frozen=True, eq=False)
+class Part:
+    """One component of a surface of several, with what it stands for.
+
+    Attributes
+    ----------
+    solution : Solution
+        Of this component alone; it has no parts itself.
+    weight : float
+        How much it counts; the weights of a surface sum to 1.
+    copies : float
+        Area of all components that it stands for, over its own.
+    """
+
+    solution: "Solution"
+    weight: float
+    copies: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -22,11 +47,17 @@ class Solution:
         Of this mesh, in its own unit.
     samples : Mapping
         What `sample_surface` gave, by the number of points, as far as it was asked for.
+    parts : tuple of Part
+        The components that are described, where there are several; none of a connected surface.
+    equal_parts : float
+        1 / Σ weight² over all components; 1 of a connected surface.
     """
 
     mesh: TriangleMesh
     spectrum: Spectrum
     samples: Mapping[int, SurfaceSample] = field(default_factory=dict)
+    parts: tuple[Part, ...] = ()
+    equal_parts: float = 1.0
     _drawn: dict[int, SurfaceSample] = field(default_factory=dict, init=False, repr=False)
 
     def sample(self, count: int = SAMPLES) -> SurfaceSample:
@@ -81,12 +112,72 @@ def solve(mesh: TriangleMesh, view: View) -> Solution:
     Returns
     -------
     Solution
-        Of the working mesh.
+        Of the working mesh. Components are prepared and solved apart. Those that the view leaves
+        nothing of are left out, as long as they count for less than half.
 
     Raises
     ------
+    InvalidMeshError
+        The shape is too thin for the view.
     SpectrumError
         The eigenpairs could not be certified.
     """
+    components = described_components(mesh)
+    if len(components.parts) == 1:
+        return _solve_connected(components.parts[0].mesh, view)
+    parts: list[Part] = []
+    lost, error = 0.0, None
+    for component in components.parts:
+        own = view.for_share(component.weight)
+        try:
+            solution = _solve_connected(component.mesh, own)
+        except (InvalidMeshError, SpectrumError) as caught:
+            lost, error = lost + component.weight, error or caught
+        else:
+            parts.append(Part(solution, component.weight, component.copies))
+    if error and lost >= MOST_LOST:
+        raise error
+    found = [replace(part, weight=part.weight / (1.0 - lost)) for part in parts]
+    return united(found, components.equal_parts)
+
+
+def united(parts: Sequence[Part], equal_parts: float) -> Solution:
+    """The solution of a surface of several components.
+
+    Parameters
+    ----------
+    parts : sequence of Part
+        Its components, at least one.
+    equal_parts : float
+        1 / Σ weight² over all components.
+
+    Returns
+    -------
+    Solution
+        Its mesh has the parts' meshes one after the other. Its spectrum has the smallest
+        eigenvalues of all, as many as the part with the most of them.
+    """
+    meshes = [part.solution.mesh for part in parts]
+    spectra = [part.solution.spectrum for part in parts]
+    starts = np.cumsum([0, *(mesh.n_vertices for mesh in meshes)])
+    faces = [mesh.faces + start for mesh, start in zip(meshes, starts, strict=False)]
+    mesh = TriangleMesh(np.concatenate([m.vertices for m in meshes]), np.concatenate(faces))
+    values = np.concatenate([spectrum.eigenvalues for spectrum in spectra])
+    owners = np.repeat(np.arange(len(spectra)), [s.n_eigenpairs for s in spectra])
+    columns = np.concatenate([np.arange(s.n_eigenpairs) for s in spectra])
+    count = max(spectrum.n_eigenpairs for spectrum in spectra)
+    chosen = np.argsort(values, kind="stable")[:count]  # (k,)
+    eigenvectors = np.zeros((mesh.n_vertices, count))
+    for i, spectrum in enumerate(spectra):
+        mine = np.flatnonzero(owners[chosen] == i)
+        rows = slice(starts[i], starts[i + 1])
+        eigenvectors[rows, mine] = spectrum.eigenvectors[:, columns[chosen[mine]]]
+    areas = np.concatenate([spectrum.areas for spectrum in spectra])
+    spectrum = Spectrum(values[chosen], eigenvectors, areas, float(areas.sum()))
+    return Solution(mesh, spectrum, parts=tuple(parts), equal_parts=equal_parts)
+
+
+def _solve_connected(mesh: TriangleMesh, view: View) -> Solution:
+    """Solution of one component."""
     working = prepare(mesh, view).mesh
     return Solution(working, compute_spectrum(working, n_eigenpairs=view.eigenpairs))

@@ -42,6 +42,44 @@ def face_components(mesh: TriangleMesh) -> IntArray:
     return compact.astype(np.int64).reshape(-1)
 
 
+def surface_components(mesh: TriangleMesh) -> IntArray:
+    """Label the connected components of the faces; shared edges connect.
+
+    Two bodies that touch in a single vertex are two: heat does not flow through a point.
+
+    Parameters
+    ----------
+    mesh : TriangleMesh
+        Of any winding, manifold or not.
+
+    Returns
+    -------
+    (m,) int64
+        Label of each face, from 0 without gaps, in the order of the components' first faces.
+    """
+    keys = edge_keys(directed_edges(mesh.faces), mesh.n_vertices)  # (3m,)
+    order = np.argsort(keys, kind="stable")
+    faces = order % max(mesh.n_faces, 1)  # (3m,) of the edges as sorted
+    same = np.flatnonzero(keys[order[1:]] == keys[order[:-1]])
+    return component_labels(np.stack([faces[same], faces[same + 1]], axis=1), mesh.n_faces)
+
+
+def count_surface_components(mesh: TriangleMesh) -> int:
+    """Count the components that `surface_components` labels.
+
+    Parameters
+    ----------
+    mesh : TriangleMesh
+        Of any winding, manifold or not.
+
+    Returns
+    -------
+    int
+        From 0.
+    """
+    return int(surface_components(mesh).max(initial=-1)) + 1
+
+
 def count_components(mesh: TriangleMesh) -> int:
     """Count the components that have faces.
 

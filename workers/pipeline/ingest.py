@@ -8,7 +8,7 @@ from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from workers.errors import ProteusError
-from workers.geometry.topology import boundary_loops, count_components
+from workers.geometry.topology import boundary_loops, count_surface_components
 from workers.pipeline.outcome import GoOn, Outcome
 from workers.pipeline.solve import Described, ReadMesh, describe_under_each, read_mesh
 from workers.pipeline.workbench import Workbench
@@ -85,7 +85,7 @@ def _facts(read: ReadMesh) -> Facts:
         n_vertices=read.mesh.n_vertices,
         n_faces=read.mesh.n_faces,
         area=read.mesh.area,
-        n_components=count_components(read.mesh),
+        n_components=count_surface_components(read.mesh),
         n_boundary_loops=len(boundary_loops(read.mesh)),
         repairs=list(read.repairs),
         found=list(read.found),

@@ -137,9 +137,9 @@ def solve_view(blobs: BlobStore, sha256: str, mesh: TriangleMesh, view: View) ->
         The eigenpairs could not be certified.
     """
     try:
-        return load_solution(blobs, sha256, view)
+        return load_solution(blobs, sha256, view, cleaned=mesh)
     except BlobNotFoundError:
-        return store_solution(blobs, sha256, view, solve(mesh, view))
+        return store_solution(blobs, sha256, view, solve(mesh, view), cleaned=mesh)
 
 
 def describe_mesh(

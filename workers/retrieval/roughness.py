@@ -57,6 +57,8 @@ class RoughnessLimits:
     def describe(self, solution: Solution) -> Float32Array:
         """Roughness of the working mesh, see `workers.geometry.smoothing.roughness`.
 
+        Of several components it is the mean, by weight.
+
         Parameters
         ----------
         solution : Solution
@@ -66,7 +68,10 @@ class RoughnessLimits:
         -------
         (1,) float32
         """
-        return np.array([roughness(solution.mesh)], dtype=np.float32)
+        if not solution.parts:
+            return np.array([roughness(solution.mesh)], dtype=np.float32)
+        found = sum(part.weight * roughness(part.solution.mesh) for part in solution.parts)
+        return np.array([found], dtype=np.float32)
 
     def kept_share(self, found: FloatArray) -> FloatArray:
         """Share of their weights that the view's channels keep, linear between the limits.

@@ -42,5 +42,21 @@ class AreaChannel(Channel):
         logarithm: FloatArray = np.log([solution.spectrum.area])
         return logarithm
 
+    def combined(self, solution: Solution) -> FloatArray:
+        """Logarithm of the area of all components together.
+
+        Parameters
+        ----------
+        solution : Solution
+            With parts.
+
+        Returns
+        -------
+        (1,) float64
+        """
+        area = sum(part.copies * part.solution.spectrum.area for part in solution.parts)
+        logarithm: FloatArray = np.log([area])
+        return logarithm
+
     def _axis_to_json(self) -> dict[str, list[float]]:
         return {"levels": [1.0]}

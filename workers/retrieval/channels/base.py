@@ -131,13 +131,31 @@ class Channel(ABC):
         KernelDomainError
             The kernel is not finite, or negative, on the spectrum, or vanishes on it.
         """
-        found = solution.spectrum.n_eigenpairs
-        if found < self.eigenpairs_needed:
-            raise SpectrumError(
-                f"channel {self.name!r} needs {self.eigenpairs_needed} eigenvalues, but the "
-                f"spectrum of this mesh with {solution.mesh.n_vertices} vertices has {found}"
-            )
-        return self.vector(solution).astype(np.float32)
+        for one in [part.solution for part in solution.parts] or [solution]:
+            found = one.spectrum.n_eigenpairs
+            if found < self.eigenpairs_needed:
+                raise SpectrumError(
+                    f"channel {self.name!r} needs {self.eigenpairs_needed} eigenvalues, but the "
+                    f"spectrum of this mesh with {one.mesh.n_vertices} vertices has {found}"
+                )
+        vector = self.combined(solution) if solution.parts else self.vector(solution)
+        return vector.astype(np.float32)
+
+    def combined(self, solution: Solution) -> FloatArray:
+        """Vector of a surface of several components: the mean of theirs, by weight.
+
+        Parameters
+        ----------
+        solution : Solution
+            With parts.
+
+        Returns
+        -------
+        (d,) float64
+        """
+        vectors = [part.weight * self.vector(part.solution) for part in solution.parts]
+        mean: FloatArray = np.sum(vectors, axis=0)
+        return mean
 
     @abstractmethod
     def vector(self, solution: Solution) -> FloatArray:

@@ -69,6 +69,22 @@ class EigenvalueChannel(Channel):
         logarithms: FloatArray = np.log(eigenvalues)
         return logarithms
 
+    def combined(self, solution: Solution) -> FloatArray:
+        """Mean of the components' logarithms, by weight; n equal parts of area 1/n have n λ.
+
+        Parameters
+        ----------
+        solution : Solution
+            With parts.
+
+        Returns
+        -------
+        (d,) float64
+        """
+        shift = np.log(solution.equal_parts) if self.normalisation == "area" else 0.0
+        logarithms: FloatArray = super().combined(solution) + shift
+        return logarithms
+
     def _axis_to_json(self) -> dict[str, list[float]]:
         return {"levels": [float(number) for number in self.numbers]}
 

@@ -55,6 +55,23 @@ class LogDiagonalChannel(DistributionChannel):
         """
         return log_diagonal(spectrum, self.kernel, self.centre), spectrum.areas
 
+    def combined(self, solution: Solution) -> FloatArray:
+        """Mean of the components' summaries, by weight; n equal parts of area 1/n have n k(x,x).
+
+        Parameters
+        ----------
+        solution : Solution
+            With parts.
+
+        Returns
+        -------
+        (d,) float64
+        """
+        seen = self.normalisation == "area" and self.centre == NO_CENTRE
+        shift = np.log(solution.equal_parts) if seen and not self.is_distribution else 0.0
+        summary: FloatArray = super().combined(solution) + shift
+        return summary
+
     def to_json(self) -> dict[str, Any]:
         """As it is stored, with the centre.
 

@@ -5,7 +5,7 @@ signature of a point says what its surroundings look like, and they are there on
 the query's points are looked for among the candidate's, and not the reverse (decision 9).
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
@@ -98,11 +98,37 @@ class PointsChannel(KernelChannel):
         -------
         (samples · t,) float64
         """
+        return self._signatures(solution, self.samples).ravel()
+
+    def combined(self, solution: Solution) -> FloatArray:
+        """Signatures of points of all components: of each as many as its weight is worth.
+
+        Parameters
+        ----------
+        solution : Solution
+            With parts.
+
+        Returns
+        -------
+        (samples · t,) float64
+        """
+        counts = shared_out(self.samples, [part.weight for part in solution.parts])
+        signatures = [
+            self._signatures(part.solution, count)
+            for part, count in zip(solution.parts, counts, strict=True)
+            if count
+        ]
+        shift = np.log(solution.equal_parts) if self.normalisation == "area" else 0.0
+        shifted: FloatArray = np.concatenate(signatures).ravel() + shift
+        return shifted
+
+    def _signatures(self, solution: Solution, count: int) -> FloatArray:
+        """Signatures (count, t) of farthest points of a connected surface."""
         spectrum = normalised_spectrum(solution.spectrum, self.normalisation)
         kernels = [HeatKernel(one * self.kernel.time) for one in self.time_factors]
         logarithms = np.stack([log_diagonal(spectrum, kernel) for kernel in kernels])  # (t, n)
-        points = np.resize(solution.farthest_points(self.samples), self.samples)
-        signatures: FloatArray = logarithms[:, points].T.ravel()
+        points = np.resize(solution.farthest_points(count), count)
+        signatures: FloatArray = logarithms[:, points].T
         return signatures
 
     def compare(
@@ -157,3 +183,25 @@ class PointsChannel(KernelChannel):
             "time_factors": tuple(float(level) for level in value["levels"]),
             "samples": int(value["samples"]),
         }
+
+
+def shared_out(total: int, weights: Sequence[float]) -> list[int]:
+    """Share out a number of points by weight, the remainders to the largest fractions.
+
+    Parameters
+    ----------
+    total : int
+        Points.
+    weights : sequence of float
+        They sum to 1.
+
+    Returns
+    -------
+    list of int
+        They sum to the total; of equal fractions the first come first.
+    """
+    exact = total * np.asarray(weights) / np.sum(weights)
+    counts = np.floor(exact).astype(np.int64)
+    largest = np.argsort(counts - exact, kind="stable")
+    counts[largest[: total - int(counts.sum())]] += 1
+    return [int(count) for count in counts]

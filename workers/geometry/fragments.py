@@ -1,0 +1,57 @@
+"""Debris: components so small that together they are next to nothing."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from workers.geometry.arrays import IntArray
+from workers.geometry.mesh import TriangleMesh
+from workers.geometry.topology import surface_components
+
+LARGEST_DEBRIS = 1e-4  # of the total area, each: such parts count for nothing (decision 30)
+MOST_DEBRIS = 0.01  # of the total area, all together: what is left out stays below
+
+
+@dataclass(frozen=True, eq=False)
+class WithoutDebris:
+    """What is left of a mesh without its debris.
+
+    Attributes
+    ----------
+    faces : (m,) int64
+        Numbers of the faces that stay, ascending.
+    n_left_out : int
+        Components that go.
+    share : float
+        Of the area that goes with them, below `MOST_DEBRIS`.
+    """
+
+    faces: IntArray
+    n_left_out: int
+    share: float
+
+
+def without_debris(mesh: TriangleMesh) -> WithoutDebris:
+    """Find the components that have less than a ten-thousandth of the area.
+
+    If all of these together had 1 % or more of the area, only the smallest of them go.
+
+    Parameters
+    ----------
+    mesh : TriangleMesh
+        Without faces that have no area.
+
+    Returns
+    -------
+    WithoutDebris
+        Components of one area go or stay together.
+    """
+    labels = surface_components(mesh)  # (m,)
+    areas = np.bincount(labels, weights=mesh.face_areas)  # (c,)
+    total = float(areas.sum())
+    sizes, place, counts = np.unique(areas, return_inverse=True, return_counts=True)
+    together = np.cumsum(sizes * counts)  # (s,) of all components up to that size
+    is_debris = (sizes < LARGEST_DEBRIS * total) & (together < MOST_DEBRIS * total)
+    gone = is_debris[place.reshape(-1)]  # (c,)
+    faces = np.flatnonzero(~gone[labels])
+    return WithoutDebris(faces, int(gone.sum()), float(areas[gone].sum()) / total)
