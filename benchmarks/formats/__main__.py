@@ -13,6 +13,7 @@ part where pymeshlab is installed, or in the environment whose Python ``--meshla
 import argparse
 import json
 import sys
+from collections import Counter
 from collections.abc import Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
@@ -35,11 +36,14 @@ from benchmarks.formats.comparison import (
 from benchmarks.formats.process import Reader
 
 PEERS = ("trimesh", "meshio", "meshlab")
+ALIKE = 3
+"""Lines of one format that say the same; the others are counted."""
 LARGEST_BYTES = 512 << 20
 KINDS = {
     "differs": "another mesh than a peer's",
     "refused": "refused by ours",
-    "fails": "refused by a peer, or by all",
+    "all": "refused by all",
+    "fails": "refused by a peer, read by ours",
 }
 
 
@@ -103,15 +107,24 @@ def summary(results: dict[str, Totals], readers: Sequence[str]) -> Table:
     return table
 
 
-def show(results: dict[str, Any], console: Console) -> None:
-    """Print the lines and the totals of raw results."""
+def show(results: dict[str, Any], console: Console, *, whole: bool) -> None:
+    """Print the lines and the totals of raw results; files that fail alike as one, or whole."""
     meshes = [record for record in results["files"] if is_mesh_file(record)]
     lines = [(format_of(record), line) for record in meshes for line in report(record)]
     for kind, title in KINDS.items():
         chosen = [(form, line) for form, line in lines if line.kind == kind]
+        chosen.sort(key=lambda pair: (pair[0], pair[1].path))
         console.rule(f"{title}: {len(chosen)}", align="left")
-        for form, line in sorted(chosen, key=lambda pair: (pair[0], pair[1].path)):
-            console.print(f"{form}  {line.path}  {line.text}", markup=False, highlight=False)
+        alike = Counter((form, line.gist) for form, line in chosen)
+        shown: Counter[tuple[str, str]] = Counter()
+        for form, line in chosen:
+            key = form, line.gist
+            shown[key] += 1
+            if shown[key] <= ALIKE or whole:
+                console.print(f"{form}  {line.path}  {line.text}", markup=False, highlight=False)
+            elif shown[key] == alike[key]:
+                more = alike[key] - ALIKE
+                console.print(f"{form}  … and {more} more: {line.gist}", markup=False)
     versions = ", ".join(
         f"{name} {version}".strip() for name, version in results["readers"].items()
     )
@@ -134,10 +147,11 @@ def main() -> None:
     parser.add_argument("--seconds", type=float, default=60.0, help="for a reader and a file")
     parser.add_argument("--memory", type=float, default=4.0, help="GiB, for a reader")
     parser.add_argument("--meshlab", default=sys.executable, help="a Python that has pymeshlab")
+    parser.add_argument("--all", action="store_true", help="a line for each of many alike")
     asked = parser.parse_args()
     console, messages = Console(soft_wrap=True, width=120), Console(stderr=True)
     if asked.saved is not None:
-        show(json.loads(asked.saved.read_text()), console)
+        show(json.loads(asked.saved.read_text()), console, whole=asked.all)
         return
     if asked.folder is None or not asked.folder.is_dir():
         parser.error(f"{asked.folder or 'FOLDER'} is no folder")
@@ -152,7 +166,7 @@ def main() -> None:
     results = read_folder(asked.folder, started, messages)
     asked.out.write_text(json.dumps(results, indent=1) + "\n")
     messages.print(f"raw results: {asked.out}")
-    show(results, console)
+    show(results, console, whole=asked.all)
 
 
 if __name__ == "__main__":

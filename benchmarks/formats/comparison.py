@@ -1,5 +1,6 @@
 """Where two readers differ on a file, in words, and how often a format."""
 
+import re
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
@@ -25,14 +26,20 @@ class Line:
     Attributes
     ----------
     path : str
-    kind : "differs", "refused" or "fails"
-        Another mesh than a peer's; refused by ours but read by a peer; both refuse.
+    kind : "differs", "refused", "fails" or "all"
+        Another mesh than a peer's; refused by ours but read by a peer; refused by a peer but read
+        by ours; refused by all.
     text : str
     """
 
     path: str
     kind: str
     text: str
+
+    @property
+    def gist(self) -> str:
+        """The text without its numbers: equal for files that fail alike."""
+        return re.sub(r"[\d.,]*\d|'[^']*'|\"[^\"]*\"", "…", self.text)
 
 
 @dataclass
@@ -58,9 +65,10 @@ class Totals:
 
 
 def is_mesh_file(record: Record) -> bool:
-    """Whether a reader knows the file for one of a mesh, by its content or its name."""
+    """Whether ours knows the file for one of a mesh by its content, or a peer reads it."""
     answers = record["answers"]
-    return len(answers) > 1 or answers[OURS].get("type") != NOT_A_MESH
+    unknown = answers[OURS].get("type") == NOT_A_MESH
+    return not unknown or any(_has_surface(answer) for answer in answers.values())
 
 
 def format_of(record: Record) -> str:
@@ -77,7 +85,7 @@ def report(record: Record) -> Iterator[Line]:
     path = str(record["path"])
     if "error" in ours:
         readers = [f"{name} {_mesh(a)}" for name, a in peers.items() if _has_surface(a)]
-        kind = "refused" if readers else "fails"
+        kind = "refused" if readers else "all"
         text = f"refused: {ours['error']}"
         others = readers or [f"{name}: {a['error']}" for name, a in peers.items() if "error" in a]
         yield Line(path, kind, "; ".join([text, *others]))
@@ -86,7 +94,7 @@ def report(record: Record) -> Iterator[Line]:
         yield Line(path, "refused", f"refused when cleaned: {ours['cleaned']['error']}")
     for name, answer in peers.items():
         if "error" in answer:
-            yield Line(path, "fails", f"{name} fails: {answer['error']}; ours {_mesh(ours)}")
+            yield Line(path, "fails", f"{name} fails: {answer['error']}")
         elif found := differences(ours, answer):
             yield Line(path, "differs", f"{name}: " + "; ".join(found))
 

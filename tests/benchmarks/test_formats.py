@@ -74,7 +74,9 @@ def test_who_refuses_is_named_with_their_words() -> None:
     assert (line.kind, line.path) == ("refused", "a/b.ply")
     assert line.text.startswith("refused: it is damaged; trimesh reads 320 faces")
     (line,) = report(record(known(), trimesh={"error": "bad", "type": "ValueError"}))
-    assert (line.kind, line.text[:18]) == ("fails", "trimesh fails: bad")
+    assert (line.kind, line.text) == ("fails", "trimesh fails: bad")
+    (line,) = report(record(refused, trimesh={"error": "bad 17", "type": "ValueError"}))
+    assert (line.kind, line.gist) == ("all", "refused: it is damaged; trimesh: bad …")
     assert not list(report(record(known(), trimesh=known(), meshio=known())))
 
 
@@ -89,6 +91,7 @@ def test_totals_count_a_format() -> None:
 def test_a_file_that_nobody_takes_for_a_mesh_is_passed_over() -> None:
     unknown = {"error": "of no known format", "type": "UnsupportedFormatError"}
     assert not is_mesh_file(record(unknown))
+    assert not is_mesh_file(record(unknown, trimesh={"error": "bad", "type": "ValueError"}))
     assert is_mesh_file(record(unknown, trimesh=known()))
 
 

@@ -67,7 +67,7 @@ FILES: tuple[tuple[str, str, str, str, bytes], ...] = (
     ("Cinema 4D", export_from("Cinema 4D"), "a.c4d", "a Cinema 4D", b"QC4DC4D6\0\0\0\1"),
     (
         *("SketchUp", export_from("SketchUp"), "a.skp", "a SketchUp model"),
-        b"\xff\xfe\xff\x0e" + "SketchUp Model".encode("utf-16-le"),
+        b"\xff\xfe\xff\x0e" + "SketchUp Model".encode("utf-16-le") + bytes(range(128, 256)),
     ),
     ("Rhino", export_from("Rhino"), "a.3dm", "a Rhino", b"3D Geometry File Format        7\0"),
     ("USD", export_from("Blender or usdview"), "a.usdc", "a USD scene", b"PXR-USDC\0\x08\0\0"),

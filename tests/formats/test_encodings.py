@@ -34,6 +34,8 @@ def test_binary_files_and_plain_text_are_left_alone(format: str) -> None:
         bytes(200),
         np.arange(2000, dtype="<u2").tobytes(),
         np.arange(32, 126, dtype="<u2").tobytes()[:20],
+        b"\xff\xfe\xff\x0e" + "SketchUp Model".encode("utf-16-le") + bytes(50),
+        b"\xff\xfe\xff\x0e" + "SketchUp Model, no zero unit".encode("utf-16-le"),
         b"\xff\xfe" + struct.pack("<100f", *range(100)),
     ],
 )

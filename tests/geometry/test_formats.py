@@ -133,11 +133,6 @@ def test_off_without_lines_is_read_as_a_stream() -> None:
     assert parse(data).mesh.n_faces == 4
 
 
-def test_off_of_four_dimensions_is_refused_by_name() -> None:
-    with pytest.raises(InvalidMeshError, match="4OFF has more coordinates"):
-        parse(b"4OFF\n1 0 0\n0 0 0 1\n")
-
-
 def test_obj_reads_textures_normals_relative_indices_colours_and_continuations() -> None:
     data = (
         b"# cube side\nmtllib a.mtl\no thing\nv 0 0 0 1 0 0\nv 1 0 0 1 0 0\nv 1 1 0\nvt 0 0\n"

@@ -44,7 +44,7 @@ def ply_claiming(vertices: int, faces: int, *, format: str = "binary_little_endi
         (b"OFF\n3 1 0\n0 0\n1 0 0\n0 1 0\n3 0 1 2\n", InvalidMeshError, "vertex 0 has 2"),
         (b"OFF\n3 0 0\n0 0 0\n1 0 0\n0 1 0\n", InvalidMeshError, "points but no faces"),
         (b"OFF\n0 0 0\n", InvalidMeshError, "neither vertices nor faces"),
-        (b"OFF BINARY\n\0\0\0", UnsupportedFormatError, "binary OFF is not read"),
+        (b"OFF BINARY\n\0\0\0", InvalidMeshError, "ends before its counts"),
         (b"v 0 0 0\nv 1 0 0\nv 0 1 0\n", InvalidMeshError, "points but no faces .3 points"),
         (b"v 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3", InvalidMeshError, "vertex 1 has 2 coordinates"),
         (b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 /3", InvalidMeshError, "without a vertex index"),

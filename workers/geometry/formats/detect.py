@@ -3,12 +3,14 @@
 import re
 
 from workers.errors import InvalidMeshError, UnsupportedFormatError
+from workers.geometry.formats.amf import is_amf
 from workers.geometry.formats.encodings import readable
 from workers.geometry.formats.gltf import is_glb, is_gltf
-from workers.geometry.formats.off import KEYWORD
+from workers.geometry.formats.off import begins_with_counts, is_off
+from workers.geometry.formats.ply import is_ply
 from workers.geometry.formats.refusals import refused_content, refused_ending
 from workers.geometry.formats.signs import by_sign, by_sign_of_text
-from workers.geometry.formats.stl import is_binary_stl
+from workers.geometry.formats.stl import is_binary_stl, is_text_stl
 from workers.geometry.formats.threemf import is_3mf
 
 LOOKED_AT = 1 << 16  # bytes of text from the beginning
@@ -18,8 +20,6 @@ ENDINGS = {
 }
 EXPECTED = "expected OFF, OBJ, PLY, STL, GLB, glTF or 3MF"
 OBJ_VERTEX = re.compile(rb"^[ \t]*v[ \t]+[-+.\d]", re.MULTILINE)
-BINARY_OFF = re.compile(rb"(?:ST)?C?N?4?n?OFF[ \t]+BINARY\b")
-OFF_COUNTS = re.compile(rb"\s*\d+[ \t]+\d+[ \t]+\d+[ \t]*[\r\n]")
 
 
 def detect_format(data: bytes, filename: str = "") -> str:
@@ -67,10 +67,12 @@ def _by_magic(data: bytes) -> str | None:
     if data.startswith(b"PK\x03\x04"):
         if is_3mf(data):
             return "3mf"
+        if is_amf(data):
+            return "amf"
         raise UnsupportedFormatError("the content is a zip archive without a 3MF model part")
-    if BINARY_OFF.match(data):
-        raise UnsupportedFormatError("binary OFF is not read; expected OFF as text")
-    if re.match(rb"ply\s", data):
+    if is_off(data):
+        return "off"
+    if is_ply(data):
         return "ply"
     if signed := by_sign(data):
         return signed
@@ -79,14 +81,11 @@ def _by_magic(data: bytes) -> str | None:
 
 def _by_text(data: bytes) -> str | None:
     """Format by what the beginning reads like."""
-    head = data[:LOOKED_AT]
+    head = data[:LOOKED_AT].rstrip(b"\0\x1a")
+    if is_text_stl(head):
+        return "stl"
     if b"\0" in head:
         return None
-    without_comments = re.sub(rb"#[^\r\n]*", b"", head)
-    if KEYWORD.match(without_comments):
-        return "off"
-    if re.match(rb"\s*solid\b", head, re.IGNORECASE) and re.search(rb"\bfacet\b", head):
-        return "stl"
     return "obj" if OBJ_VERTEX.search(head.replace(b"\r", b"\n")) else None
 
 
@@ -97,9 +96,10 @@ def _by_ending(data: bytes, filename: str) -> str | None:
     ending = ENDINGS.get(filename.rpartition(".")[2].lower())
     text = b"\0" not in data[:LOOKED_AT]
     if ending == "stl":
-        return ending if len(data) >= 84 or re.match(rb"\s*solid\b", data) else None
+        is_stl = not text or len(data) >= 84 or re.match(rb"\s*solid\b", data) is not None
+        return ending if is_stl else None
     if ending == "off":
-        return ending if text and OFF_COUNTS.match(data) else None
+        return ending if begins_with_counts(data) else None
     if ending == "obj":
         return ending if text and re.search(rb"^[ \t]*[vf][ \t]", data, re.MULTILINE) else None
     return None

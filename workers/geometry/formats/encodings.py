@@ -69,14 +69,17 @@ def readable(data: bytes) -> Readable:
 
 
 def _plain_part(data: bytes, encoding: str, *, at_least: int = 1) -> float:
-    """Part of the first characters that are ASCII text; 0 where one is no character at all."""
+    """Part of the first characters that are ASCII text.
+
+    It is 0 where one is no character at all, or where the very first is not ASCII.
+    """
     kind = np.dtype(UNITS[encoding])
     count = min(LOOKED_AT, len(data) // kind.itemsize)
     units = np.trim_zeros(np.frombuffer(data, kind, count=count), "b")
     if len(units) < at_least or (units == 0).any() or (units > 0x10FFFF).any():
         return 0.0
     is_plain = (units < 0x7F) & ((units >= 0x20) | ((units >= 9) & (units <= 13)))
-    return float(is_plain.mean())
+    return float(is_plain.mean()) if is_plain[:1].all() else 0.0
 
 
 def _decoded(data: bytes, encoding: str) -> Readable:

@@ -9,6 +9,7 @@ from types import MappingProxyType
 from typing import Literal
 
 from workers.errors import InvalidMeshError, ProteusError
+from workers.geometry.formats.amf import read_amf
 from workers.geometry.formats.brains import (
     read_brainvisa,
     read_freesurfer,
@@ -21,6 +22,7 @@ from workers.geometry.formats.detect import detect_format
 from workers.geometry.formats.encodings import readable
 from workers.geometry.formats.gltf import read_gltf
 from workers.geometry.formats.limits import MeshLimits
+from workers.geometry.formats.msh import read_medit, read_msh
 from workers.geometry.formats.obj import read_obj
 from workers.geometry.formats.off import read_off
 from workers.geometry.formats.ply import read_ply
@@ -42,6 +44,7 @@ READERS: Mapping[str, Reader] = MappingProxyType(
         "glb": read_gltf,
         "gltf": read_gltf,
         "3mf": read_3mf,
+        "amf": read_amf,
         "vtk": read_legacy_vtk,
         "vtp": read_vtk_xml,
         "freesurfer": read_freesurfer,
@@ -49,9 +52,11 @@ READERS: Mapping[str, Reader] = MappingProxyType(
         "gifti": read_gifti,
         "mni": read_mni,
         "brainvisa": read_brainvisa,
+        "msh": read_msh,
+        "medit": read_medit,
     }
 )
-UPRIGHT_Z = ("stl", "3mf", "freesurfer", "freesurfer-text", "gifti", "mni", "brainvisa")
+UPRIGHT_Z = ("stl", "3mf", "amf", "freesurfer", "freesurfer-text", "gifti", "mni", "brainvisa")
 DEFAULT_LIMITS = MeshLimits()
 DAMAGED = (
     *(ValueError, LookupError, TypeError, AttributeError, ArithmeticError, RuntimeError),

@@ -42,6 +42,28 @@ def polygon_mesh(vertices: FloatArray, polygons: Polygons, limits: MeshLimits) -
     return TriangleMesh(vertices, triangulate(vertices, polygons))
 
 
+def points_and_lines(polygons: Polygons) -> tuple[str, ...]:
+    """Say how many faces are none.
+
+    Parameters
+    ----------
+    polygons : Polygons
+        As in the file.
+
+    Returns
+    -------
+    tuple of str
+        One sentence if there are faces of less than 3 corners, which `polygon_mesh` leaves out.
+    """
+    n_lines = int((polygons.counts < 3).sum())
+    if not n_lines:
+        return ()
+    what = "1 face that is a point or a line"
+    if n_lines > 1:
+        what = f"{n_lines:,} faces that are points or lines"
+    return (f"left out {what}",)
+
+
 def require_faces(n_vertices: int, n_faces: int) -> None:
     """Raise ``InvalidMeshError`` for an empty file or a point cloud.
 
@@ -59,7 +81,8 @@ def require_faces(n_vertices: int, n_faces: int) -> None:
         raise InvalidMeshError("the file has neither vertices nor faces; expected a surface")
     if n_faces == 0:
         raise InvalidMeshError(
-            f"the file has points but no faces ({n_vertices:,} points); expected a surface"
+            f"the file has points but no faces ({n_vertices:,} points): it is a point cloud; "
+            "expected a surface: make one of it first, for example with MeshLab"
         )
 
 

@@ -67,6 +67,7 @@ MGH = Refused("an MGH image of FreeSurfer (a volume or values, no surface)", VOL
 ANNOTATION = Refused(
     "a FreeSurfer annotation", "send the surface it belongs to, such as lh.pial or lh.white"
 )
+MESHB = Refused("a binary Medit mesh (.meshb)", "write it as text (.mesh), as Mmg and Gmsh can")
 MATERIALS = Refused("a material library of an OBJ file", "send the .obj file")
 MATLAB = Refused("a MATLAB file of arrays", "write its vertices and faces as OFF or PLY")
 NUMPY = Refused("a file of numpy arrays", "write its vertices and faces as OFF or PLY")
@@ -187,6 +188,9 @@ PATTERNS: tuple[tuple[re.Pattern[bytes], Refused], ...] = (
         rb".{208}MAP [\x11\x44]", Refused("an MRC or CCP4 map (a volume, no surface)", VOLUME)
     ),
     _compiled(rb"\0\0\0\x01(?:\0\0.{2}){4}\0\0\0[\0\x01\x03\x04]", MGH),
+    _compiled(
+        rb"\x01\0\0\0[\x01-\x04]\0\0\0\x03\0\0\0|\0\0\0\x01\0\0\0[\x01-\x04]\0\0\0\x03", MESHB
+    ),
     _compiled(rb"RIFF.{4}WEBP", _picture("WebP")),
     _compiled(rb"RIFF.{4}(?:AVI |WAVE)", FILM),
     _compiled(rb".{4}ftyp(?:hei|avif|mif1)", IMAGE),
@@ -198,13 +202,13 @@ PATTERNS: tuple[tuple[re.Pattern[bytes], Refused], ...] = (
 )
 """What the content matches at its first bytes, in this order."""
 
-ROOTS: dict[bytes, Refused] = {
-    b"svg": _picture("SVG"),
-    b"x3d": X3D,
-    b"meshlabproject": MESHLAB,
-    b"plist": Refused("a macOS property list", PICTURE),
-    b"kml": Refused("a KML map", _from("the program that wrote it")),
-    b"citymodel": Refused("a CityGML model", _from("the program that wrote it")),
+ROOTS: dict[str, Refused] = {
+    "svg": _picture("SVG"),
+    "x3d": X3D,
+    "meshlabproject": MESHLAB,
+    "plist": Refused("a macOS property list", PICTURE),
+    "kml": Refused("a KML map", _from("the program that wrote it")),
+    "citymodel": Refused("a CityGML model", _from("the program that wrote it")),
 }
 """Root elements of XML, in lower case, without their prefix."""
 

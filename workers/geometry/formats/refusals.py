@@ -20,14 +20,13 @@ from workers.geometry.formats.refusal_signs import (
     Refused,
 )
 from workers.geometry.formats.signs import by_sign, by_sign_of_text
+from workers.geometry.formats.xml_root import split_prolog, xml_root
 
 LOOKED_AT = 1 << 13  # bytes, from the beginning and from the end
 LARGEST_POINTER = 1024  # bytes of a pointer or of an error message
 LFS_POINTER = re.compile(rb"version https?://(?:git-lfs|hawser|git-media)[^\n]*\n", re.IGNORECASE)
 LFS_SIZE = re.compile(rb"^size (\d{1,18})\s*$", re.MULTILINE)
 ANNEX_POINTER = re.compile(rb"\s*[^\r\n]{0,512}annex/objects/")
-XML_PROLOG = re.compile(rb"(?:\s+|<\?.*?\?>|<!--.*?-->|<!DOCTYPE\s[^>\[]*>)*", re.DOTALL | re.I)
-XML_ROOT = re.compile(rb"<(?:[\w.-]+:)?([A-Za-z_][\w.-]*)")
 HTML = re.compile(rb"<!DOCTYPE\s+html\b|<(?:html|head|body|script|meta|title|div|iframe)\b", re.I)
 ERROR_TEXT = re.compile(
     rb"\s*(?:HTTP/\d|[45]\d\d[ :-]+[a-z]|[\"']?(?:not found|forbidden|access denied|unauthori[sz]ed"
@@ -203,15 +202,13 @@ def _page(head: bytes) -> str | None:
         return None
     if HTML.match(head.lstrip()):
         return WEB_PAGE
-    prolog = XML_PROLOG.match(head)
-    rest = head[prolog.end() if prolog else 0 :]
-    if HTML.match(rest) or (prolog and re.search(rb"<!DOCTYPE\s+html", prolog[0], re.I)):
+    prolog, rest = split_prolog(head)
+    if HTML.match(rest) or re.search(rb"<!DOCTYPE\s+html", prolog, re.IGNORECASE):
         return WEB_PAGE
-    root = XML_ROOT.match(rest)
-    name = root[1].lower() if root else b""
+    name = xml_root(head)
     if name in ROOTS:
         return ROOTS[name].sentence
-    if name == b"error":
+    if name == "error":
         return (
             "the file is a server's error message in XML in place of the mesh: the download went "
             "wrong, download it again"

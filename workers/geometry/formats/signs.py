@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 
+from workers.geometry.formats.amf import is_amf
 from workers.geometry.formats.brains import (
     is_brainvisa,
     is_freesurfer,
@@ -10,9 +11,11 @@ from workers.geometry.formats.brains import (
     is_mni,
     looks_like_freesurfer_text,
 )
+from workers.geometry.formats.msh import is_medit, is_msh
 from workers.geometry.formats.vtk import is_legacy_vtk, is_vtk_xml
 
 SIGNS: tuple[tuple[Callable[[bytes], bool], str], ...] = (
+    (is_amf, "amf"),
     (is_legacy_vtk, "vtk"),
     (is_vtk_xml, "vtp"),
     (is_freesurfer, "freesurfer"),
@@ -20,6 +23,8 @@ SIGNS: tuple[tuple[Callable[[bytes], bool], str], ...] = (
     (is_gifti, "gifti"),
     (is_mni, "mni"),
     (is_brainvisa, "brainvisa"),
+    (is_msh, "msh"),
+    (is_medit, "medit"),
 )
 """Of formats that begin with a sign of their own."""
 

@@ -1,14 +1,19 @@
 """Numbers and polygons in text files: OFF, OBJ, ASCII PLY and STL share these."""
 
-from collections.abc import Sequence
+import contextlib
+import re
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
 
 from workers.errors import InvalidMeshError
 from workers.geometry.arrays import FloatArray, IntArray
+from workers.geometry.formats.numerals import respelled
 
 LARGEST_INTEGER = 2.0**53
+PIECE = 1 << 22  # bytes of text that are split at a time
+BLANK = re.compile(rb"\s")
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,11 +68,40 @@ def floats(text: bytes) -> FloatArray:
     InvalidMeshError
         A token is no number.
     """
-    tokens = text.split()
-    try:
-        return np.array(tokens, dtype=np.float64)
-    except ValueError:
-        raise InvalidMeshError(f"expected a number, found {_first_bad(tokens)}") from None
+    values, word = floats_before_word(text)
+    if word is not None:
+        raise InvalidMeshError(f"expected a number, found {quoted(word)}")
+    return values
+
+
+def floats_before_word(text: bytes) -> tuple[FloatArray, bytes | None]:
+    """Read the numbers of a text up to the first word that is none.
+
+    All spellings of `respelled` are numbers.
+
+    Parameters
+    ----------
+    text : bytes
+        Tokens between blanks or line ends.
+
+    Returns
+    -------
+    values : (count,) float64
+        One for each token.
+    word : bytes or None
+        The token that is no number; None where there is none.
+    """
+    parts: list[FloatArray] = [np.zeros(0)]
+    for piece in _pieces(text):
+        tokens = piece.split()
+        try:
+            parts.append(np.array(tokens, dtype=np.float64))
+        except ValueError:
+            values, word = _one_by_one(tokens)
+            parts.append(values)
+            if word is not None:
+                return np.concatenate(parts), word
+    return np.concatenate(parts), None
 
 
 def integers(text: bytes) -> IntArray:
@@ -119,43 +153,6 @@ def integral(values: FloatArray) -> IntArray:
     return values.astype(np.int64)
 
 
-def polygon_lines(lines: Sequence[bytes]) -> Polygons:
-    """Read polygons that stand each on its own line as ``count index index … [anything]``.
-
-    Parameters
-    ----------
-    lines : sequence of bytes
-        None of them blank.
-
-    Returns
-    -------
-    Polygons
-        One for each line.
-
-    Raises
-    ------
-    InvalidMeshError
-        A line with fewer numbers than it declares, or a token that is no number.
-    """
-    if not lines:
-        return Polygons(np.zeros(0, dtype=np.int64), np.zeros(0, dtype=np.int64))
-    text = b"\n".join(lines)
-    width = len(lines[0].split())
-    tokens: IntArray | FloatArray
-    try:
-        tokens = np.array(text.split(), dtype=np.int64)
-    except (ValueError, OverflowError):
-        tokens = floats(text)  # colours of the faces may have a decimal point
-    if len(tokens) == width * len(lines):
-        table = tokens.reshape(len(lines), width)
-        n_corners = int(integral(table[:1, 0].astype(np.float64))[0])
-        if 0 < n_corners < width and (table[:, 0] == n_corners).all():
-            corners = _as_integers(table[:, 1 : n_corners + 1].ravel())
-            return Polygons(np.full(len(lines), n_corners), corners)
-    lengths = np.array([len(line.split()) for line in lines])  # (p,)
-    return _ragged_polygons(tokens, lengths)
-
-
 def places_in_runs(counts: IntArray) -> IntArray:
     """Count within runs: 0 … counts[0] - 1, then 0 … counts[1] - 1, and so on.
 
@@ -173,32 +170,30 @@ def places_in_runs(counts: IntArray) -> IntArray:
     return np.arange(int(counts.sum())) - np.repeat(before, counts)
 
 
-def _ragged_polygons(tokens: IntArray | FloatArray, lengths: IntArray) -> Polygons:
-    """Polygons of lines with so many tokens each."""
-    starts = np.cumsum(lengths) - lengths  # (p,)
-    counts = _as_integers(tokens[starts])
-    bad = (counts < 0) | (counts >= lengths)
-    if bad.any():
-        face = int(np.argmax(bad))
-        raise InvalidMeshError(
-            f"face {face} declares {counts[face]} corners, but {lengths[face] - 1} numbers follow"
-        )
-    corners = tokens[np.repeat(starts + 1, counts) + places_in_runs(counts)]
-    return Polygons(counts, _as_integers(corners))
+def _pieces(text: bytes) -> Iterator[bytes]:
+    """Cut a long text at blanks, so that only a few words are held at a time."""
+    start = 0
+    while start < len(text):
+        blank = BLANK.search(text, start + PIECE)
+        end = blank.start() if blank else len(text)
+        yield text[start:end]
+        start = end
 
 
-def _as_integers(values: IntArray | FloatArray) -> IntArray:
-    """Values as int64, checked where they are floats."""
-    if values.dtype == np.int64:
-        return values.astype(np.int64, copy=False)
-    return integral(values.astype(np.float64))
-
-
-def _first_bad(tokens: list[bytes]) -> str:
-    """Return the first token that is no number, quoted."""
+def _one_by_one(tokens: list[bytes]) -> tuple[FloatArray, bytes | None]:
+    """Numbers before the first token that is none, and that token."""
+    values: list[float] = []
     for token in tokens:
-        try:
-            float(token)
-        except ValueError:
-            return quoted(token)
-    return "something else"
+        value = _number(token)
+        if value is None:
+            return np.array(values), token
+        values.append(value)
+    return np.array(values), None
+
+
+def _number(token: bytes) -> float | None:
+    """Number of one token in any of the spellings."""
+    for spelling in (token, respelled(token)):
+        with contextlib.suppress(ValueError):
+            return float(spelling)
+    return None

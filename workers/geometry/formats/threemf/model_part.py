@@ -1,15 +1,35 @@
 """One XML part of a 3MF file, read as a stream."""
 
+from collections import Counter
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
-from xml.parsers import expat
 
 import numpy as np
 
 from workers.errors import InvalidMeshError
 from workers.geometry.arrays import FloatArray, IntArray
+from workers.geometry.formats.xml_feed import (
+    as_floats,
+    as_integers,
+    attribute,
+    local,
+    read_xml,
+)
 
 COUNTED_TOGETHER = 4096  # vertices or triangles between two looks at the limits
+SLICES = "slicestack"
+NOTED = {
+    **{"basematerials": "materials", "colorgroup": "colours", "texture2d": "texture"},
+    **{SLICES: "slices", "beamlattice": "beam lattice", "displacement2d": "displacement map"},
+    **{"volumedata": "volume data", "levelset": "implicit surface"},
+    **{"booleanshape": "boolean operation"},
+}
+"""Elements that are named in what was found."""
+CURA_ROLES = {
+    **{"infill_mesh": "modifier", "cutting_mesh": "modifier"},
+    **{"support_mesh": "support", "anti_overhang_mesh": "support blocker"},
+}
+"""What Cura's settings say of an object that is not printed as such."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -19,23 +39,39 @@ class Reference:
     path: str | None
     object_id: str
     transform: FloatArray
+    printable: bool = True
 
 
 @dataclass(frozen=True, eq=False)
 class Object3MF:
-    """A mesh (n, 3), (m, 3), or components, or nothing."""
+    """A mesh (n, 3), (m, 3), or components, or nothing.
+
+    Attributes
+    ----------
+    vertices, faces : arrays
+        Of its mesh; empty without one.
+    components : tuple of Reference
+        Other objects that it is made of.
+    kind : str
+        "model" for a body; otherwise what it is instead.
+    substitute : str or None
+        The object that shows a lattice as a mesh.
+    """
 
     vertices: FloatArray
     faces: IntArray
     components: tuple[Reference, ...]
+    kind: str = "model"
+    substitute: str | None = None
 
 
 @dataclass(frozen=True, eq=False)
 class Model3MF:
-    """Objects by id, and what of them is built."""
+    """Objects by id, what of them is built, and how often what else is there."""
 
     objects: dict[str, Object3MF]
     build: tuple[Reference, ...]
+    noted: Counter[str]
 
 
 def read_model_part(pieces: Iterable[bytes], count: Callable[[int, int], None]) -> Model3MF:
@@ -59,88 +95,92 @@ def read_model_part(pieces: Iterable[bytes], count: Callable[[int, int], None]) 
     InvalidMeshError
         Damaged XML, a document type, a missing or bad attribute.
     """
-    handler = _Handler(count)
-    parser = expat.ParserCreate()
-    parser.StartDoctypeDeclHandler = handler.doctype
-    parser.StartElementHandler = handler.start
-    parser.EndElementHandler = handler.end
-    try:
-        _feed(parser, pieces)
-    except expat.ExpatError as error:
-        raise InvalidMeshError(f"the XML of the 3MF file is damaged: {error}") from None
-    except KeyError as error:
-        raise InvalidMeshError(f"the XML of the 3MF file lacks the attribute {error}") from None
-    return Model3MF(handler.objects, tuple(handler.build))
-
-
-def _feed(parser: expat.XMLParserType, pieces: Iterable[bytes]) -> None:
-    """Parse all pieces, with as much at a time as an unfinished tag or comment is long.
-
-    expat before 2.6 reads an unfinished one from its beginning each time something is added, so
-    small pieces would take the square of its length.
-    """
-    waiting: list[bytes] = []
-    n_waiting = n_parsed = 0
-    for piece in pieces:
-        waiting.append(piece)
-        n_waiting += len(piece)
-        if n_waiting >= n_parsed - max(parser.CurrentByteIndex, 0):
-            parser.Parse(b"".join(waiting), False)
-            n_parsed += n_waiting
-            waiting, n_waiting = [], 0
-    parser.Parse(b"".join(waiting), True)
+    reader = _Reader(count)
+    read_xml(pieces, reader, format="3MF")
+    return Model3MF(reader.objects, tuple(reader.build), reader.noted)
 
 
 @dataclass
-class _Handler:
+class _Reader:
     """Collects what expat reports."""
 
     count: Callable[[int, int], None]
     objects: dict[str, Object3MF] = field(default_factory=dict)
     build: list[Reference] = field(default_factory=list)
+    noted: Counter[str] = field(default_factory=Counter)
     coordinates: list[str] = field(default_factory=list)
     corners: list[str] = field(default_factory=list)
     components: list[Reference] = field(default_factory=list)
-    object_id: str = ""
+    object_id: str | None = None
+    kind: str = "model"
+    substitute: str | None = None
+    setting: str = ""
+    in_slices: int = 0
     uncounted_vertices: int = 0
     uncounted_faces: int = 0
-
-    def doctype(self, *_: object) -> None:
-        """Refuse a document type: entities could expand without bound."""
-        raise InvalidMeshError("the XML of the 3MF file has a document type, which is refused")
 
     def start(self, tag: str, attributes: dict[str, str]) -> None:
         """Take up one element."""
         name = tag.rpartition(":")[2]
-        if name == "vertex":
-            self.coordinates += (attributes["x"], attributes["y"], attributes["z"])
+        if self.in_slices:
+            self.in_slices += name == SLICES
+        elif name == "vertex":
+            self.coordinates += _three(attributes, "x", "y", "z")
             self.uncounted_vertices += 1
         elif name == "triangle":
-            self.corners += (attributes["v1"], attributes["v2"], attributes["v3"])
+            self.corners += _three(attributes, "v1", "v2", "v3")
             self.uncounted_faces += 1
-        elif name == "object":
-            self.object_id = attributes["id"]
+        else:
+            self._start_other(name, attributes)
+        if self.uncounted_vertices + self.uncounted_faces >= COUNTED_TOGETHER:
+            self._count()
+
+    def _start_other(self, name: str, attributes: dict[str, str]) -> None:
+        """Take up an element that is rare."""
+        if name == "object":
+            self.object_id = attribute(attributes, "id") or f"without an id {len(self.objects)}"
+            self.kind = attribute(attributes, "type") or "model"
+            self.substitute = None
         elif name == "component":
             self.components.append(_reference(attributes))
         elif name == "item":
             self.build.append(_reference(attributes))
-        if self.uncounted_vertices + self.uncounted_faces >= COUNTED_TOGETHER:
-            self._count()
+        elif name in ("metadata", "setting") and self.object_id is not None:
+            named = attribute(attributes, "name") or attribute(attributes, "key") or ""
+            self.setting = local(named)
+        if name in NOTED:
+            self.noted[NOTED[name]] += 1
+            self.in_slices = int(name == SLICES)
+        if name == "beamlattice":
+            self.substitute = attribute(attributes, "representationmesh")
+
+    def text(self, text: str) -> None:
+        """Take up the value of a setting."""
+        if self.setting in CURA_ROLES and text.strip().lower() in ("true", "1"):
+            self.kind = CURA_ROLES[self.setting]
 
     def end(self, tag: str) -> None:
         """Finish an object."""
-        if tag.rpartition(":")[2] != "object":
-            return
+        name = tag.rpartition(":")[2]
+        if name == SLICES and self.in_slices:
+            self.in_slices -= 1
+        elif name in ("metadata", "setting"):
+            self.setting = ""
+        elif name == "object" and self.object_id is not None:
+            self._end_object(self.object_id)
+
+    def _end_object(self, object_id: str) -> None:
+        """Keep an object."""
         self._count()
-        try:
-            vertices = np.array(self.coordinates, dtype=np.float64).reshape(-1, 3)
-            faces = np.array(self.corners, dtype=np.int64).reshape(-1, 3)
-        except (ValueError, OverflowError):
-            raise InvalidMeshError(
-                "the 3MF file has a coordinate or index that is no number"
-            ) from None
-        self.objects[self.object_id] = Object3MF(vertices, faces, tuple(self.components))
+        self.objects[object_id] = Object3MF(
+            as_floats(self.coordinates, format="3MF").reshape(-1, 3),
+            as_integers(self.corners, format="3MF").reshape(-1, 3),
+            tuple(self.components),
+            self.kind,
+            self.substitute,
+        )
         self.coordinates, self.corners, self.components = [], [], []
+        self.object_id = None
 
     def _count(self) -> None:
         """Report what was read since the last time."""
@@ -148,14 +188,24 @@ class _Handler:
         self.uncounted_vertices = self.uncounted_faces = 0
 
 
+def _three(attributes: dict[str, str], *names: str) -> tuple[str, ...]:
+    """Values of three attributes, whatever their prefix."""
+    first, second, third = names
+    try:
+        return attributes[first], attributes[second], attributes[third]
+    except KeyError:
+        plain = {local(key): value for key, value in attributes.items()}
+        return plain[first], plain[second], plain[third]
+
+
 def _reference(attributes: dict[str, str]) -> Reference:
     """Reference of a component or build item; 3MF's matrices multiply rows."""
-    path = next((v for k, v in attributes.items() if k.rpartition(":")[2] == "path"), None)
+    plain = {local(key): value for key, value in attributes.items()}
     transform = np.eye(4)
-    if "transform" in attributes:
-        numbers = attributes["transform"].split()
-        try:
-            transform[:3] = np.array(numbers, dtype=np.float64).reshape(4, 3).T
-        except ValueError:
-            raise InvalidMeshError("a transform of the 3MF file is not 12 numbers") from None
-    return Reference(path, attributes["objectid"], transform)
+    if "transform" in plain:
+        numbers = as_floats(plain["transform"].split(), format="3MF")
+        if len(numbers) != 12:
+            raise InvalidMeshError("a transform of the 3MF file is not 12 numbers")
+        transform[:3] = numbers.reshape(4, 3).T
+    printable = plain.get("printable", "1").strip().lower() not in ("0", "false")
+    return Reference(plain.get("path"), plain["objectid"], transform, printable)

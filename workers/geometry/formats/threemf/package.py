@@ -1,29 +1,26 @@
-"""3MF: a zip of XML parts; objects, components and the build's transforms.
-
-The XML is read as a stream by expat; a document type, and with it every entity, is refused.
-"""
+"""3MF: a zip of XML parts; objects, components and the build's transforms."""
 
 import io
+import re
 import zipfile
-from collections.abc import Iterator
+from collections import Counter
 from dataclasses import dataclass, field
 
 import numpy as np
 
-from workers.errors import InvalidMeshError, UnsupportedFormatError, UploadTooLargeError
-from workers.geometry.arrays import FloatArray, IntArray
+from workers.errors import InvalidMeshError, UnsupportedFormatError
 from workers.geometry.formats.limits import MeshLimits
-from workers.geometry.formats.polygons import require_faces, require_indices
 from workers.geometry.formats.reading import Reading
+from workers.geometry.formats.threemf.assembly import Assembly, Placed
 from workers.geometry.formats.threemf.model_part import Model3MF, Reference, read_model_part
-from workers.geometry.mesh import TriangleMesh
+from workers.geometry.formats.threemf.project import PROJECT_FILE, Asides, read_project
+from workers.geometry.formats.xml_feed import attribute, local, read_xml
+from workers.geometry.formats.zip_parts import ZipParts, part_name
 
-MOST_ENTRIES = 10_000
-MOST_PARTS = 256  # of them, model parts
-LARGEST_UNPACKED = 512 << 20  # bytes, all model parts together
-LARGEST_RATIO = 200  # unpacked to packed
-DEEPEST_NESTING = 16  # components within components
-MOST_INSTANCES = 100_000
+RELATIONSHIPS = "_rels/.rels"
+USUAL_ROOT = "3d/3dmodel.model"
+LARGEST_RELATIONSHIPS = 1 << 16  # bytes
+UNCOUNTED = ("materials", "colours", "slices", "volume data")
 
 
 def is_3mf(data: bytes) -> bool:
@@ -41,8 +38,14 @@ def is_3mf(data: bytes) -> bool:
     """
     try:
         with zipfile.ZipFile(io.BytesIO(data)) as archive:
-            return any(name.lower().endswith(".model") for name in archive.namelist())
-    except (zipfile.BadZipFile, ValueError, NotImplementedError, OverflowError):
+            names = {part_name(name): name for name in archive.namelist()}
+            if any(name.endswith(".model") for name in names):
+                return True
+            if RELATIONSHIPS not in names:
+                return False
+            with archive.open(names[RELATIONSHIPS]) as stream:
+                return b"/3dmodel" in stream.read(LARGEST_RELATIONSHIPS)
+    except (zipfile.BadZipFile, ValueError, RuntimeError, OverflowError, OSError, EOFError):
         return False
 
 
@@ -59,127 +62,147 @@ def read_3mf(data: bytes, limits: MeshLimits) -> Reading:
     Returns
     -------
     Reading
-        Triangles of the build items, placed by their transforms, or of all objects where
-        nothing is built.
+        Triangles of the bodies among the build items, placed by their transforms, or of all
+        objects where nothing is built.
 
     Raises
     ------
     InvalidMeshError, UnsupportedFormatError, UploadTooLargeError
         See `workers.geometry.formats.parse`.
     """
-    with zipfile.ZipFile(io.BytesIO(data)) as archive:
-        entries = [e for e in archive.infolist() if e.filename.lower().endswith(".model")]
-        if len(archive.infolist()) > MOST_ENTRIES or len(entries) > MOST_PARTS:
-            raise UploadTooLargeError("the 3MF archive has too many entries")
-        if not entries:
-            raise UnsupportedFormatError("the zip archive has no 3MF model part")
-        _check_size(entries, len(data))
-        budget = _Budget(limits)
-        parts = {
-            "/" + entry.filename.lstrip("/"): read_model_part(_unpack(archive, entry), budget.count)
-            for entry in entries
-        }
-    return Reading(_Assembly(parts, limits).mesh())
-
-
-def _check_size(entries: list[zipfile.ZipInfo], packed: int) -> None:
-    """Raise ``UploadTooLargeError`` if the parts unpack to too much, all together.
-
-    Entries may lie over each other in the archive, so the whole file counts as packed once.
-    """
-    unpacked = sum(entry.file_size for entry in entries)
-    if unpacked > LARGEST_UNPACKED:
-        raise UploadTooLargeError(
-            f"the 3MF model parts unpack to {unpacked:,} bytes, "
-            f"but at most {LARGEST_UNPACKED:,} are accepted"
-        )
-    if unpacked > LARGEST_RATIO * max(packed, 1024):
-        raise UploadTooLargeError(
-            f"the 3MF model parts unpack to more than {LARGEST_RATIO} times the file's size"
-        )
-
-
-def _unpack(archive: zipfile.ZipFile, entry: zipfile.ZipInfo) -> Iterator[bytes]:
-    """Pieces of an entry's content, never more than the directory declared."""
-    unpacked = 0
-    with archive.open(entry) as stream:
-        while piece := stream.read(1 << 16):
-            unpacked += len(piece)
-            if unpacked > entry.file_size:
-                raise UploadTooLargeError("the 3MF model part unpacks to more than it declares")
-            yield piece
-
-
-class _Budget:
-    """Counts vertices and triangles of all parts while they are read."""
-
-    def __init__(self, limits: MeshLimits) -> None:
-        self._limits = limits
-        self._vertices = 0
-        self._faces = 0
-
-    def count(self, vertices: int, faces: int) -> None:
-        """Add to the counts and check them.
-
-        Parameters
-        ----------
-        vertices, faces : int
-            How many more there are.
-        """
-        self._vertices += vertices
-        self._faces += faces
-        self._limits.check(vertices=self._vertices, faces=self._faces)
+    with ZipParts(data, limits, "3MF") as archive:
+        package = _Package(archive, limits)
+        built = package.build()
+        asides = package.asides()
+    assembly = Assembly(package.parts, package.roots[0], asides, limits)
+    mesh = assembly.mesh(built)
+    noted = sum((part.noted for part in package.parts.values()), Counter[str]())
+    found = [_counted(kind, number) for kind, number in noted.items()]
+    found += [f"{_counted(kind, n)}, left out" for kind, n in assembly.left_out.items()]
+    return Reading(mesh, tuple(dict.fromkeys(assembly.repairs)), tuple(found))
 
 
 @dataclass
-class _Assembly:
-    """Places the objects where the build says, counting before it allocates."""
+class _Package:
+    """Reads the model parts that the build needs, counting while it does."""
 
-    parts: dict[str, Model3MF]
+    archive: ZipParts
     limits: MeshLimits
-    vertices: list[FloatArray] = field(default_factory=list)
-    faces: list[IntArray] = field(default_factory=list)
+    parts: dict[str, Model3MF] = field(default_factory=dict)
     n_vertices: int = 0
     n_faces: int = 0
-    n_instances: int = 0
 
-    def mesh(self) -> TriangleMesh:
-        """Mesh of all build items, or of all objects where nothing is built."""
-        built = [(path, item) for path, part in self.parts.items() for item in part.build]
-        if not built:
-            built = [
-                (path, Reference(None, object_id, np.eye(4)))
-                for path, part in self.parts.items()
-                for object_id, thing in part.objects.items()
-                if len(thing.faces)
-            ]
-        for path, item in built:
-            self._place(path, item, np.eye(4), 0)
-        require_faces(self.n_vertices, self.n_faces)
-        return TriangleMesh(np.concatenate(self.vertices), np.concatenate(self.faces))
+    def __post_init__(self) -> None:
+        """Find the part that says what is built, or all parts where none is named."""
+        names = self.archive.names
+        self.models = [name for name in names if name.endswith(".model")]
+        target = self._target()
+        if target in self.archive:
+            self.roots = [target]
+        else:
+            self.roots = [USUAL_ROOT] if USUAL_ROOT in self.archive else self.models
+        if not self.roots:
+            raise UnsupportedFormatError("the zip archive has no 3MF model part")
 
-    def _place(self, path: str, reference: Reference, parent: FloatArray, depth: int) -> None:
-        """Add one instance of an object and of its components."""
-        self.n_instances += 1
-        if depth > DEEPEST_NESTING or self.n_instances > MOST_INSTANCES:
-            raise InvalidMeshError("the 3MF objects refer to each other too often or in a circle")
-        path = reference.path or path
-        part = self.parts.get(path)
-        thing = part.objects.get(reference.object_id) if part else None
-        if thing is None:
-            raise InvalidMeshError(f"the 3MF file has no object {reference.object_id[:20]!r}")
-        transform = parent @ reference.transform
-        if len(thing.faces):
-            self._add(thing.vertices, thing.faces, transform)
-        for component in thing.components:
-            self._place(path, component, transform, depth + 1)
+    def build(self) -> list[Placed]:
+        """Build items; of a file that builds nothing, the objects that no other is made of."""
+        self._read(self.roots)
+        built = [(path, item) for path in self.roots for item in self.parts[path].build]
+        if built:
+            return built
+        self._read(self.models)
+        used = {
+            (part_name(component.path) if component.path else path, component.object_id)
+            for path, part in self.parts.items()
+            for thing in part.objects.values()
+            for component in thing.components
+        }
+        return [
+            (path, Reference(None, object_id, np.eye(4)))
+            for path, part in self.parts.items()
+            for object_id in part.objects
+            if (path, object_id) not in used
+        ]
 
-    def _add(self, vertices: FloatArray, faces: IntArray, transform: FloatArray) -> None:
-        """Add the triangles of one object."""
-        require_indices(faces.ravel(), np.repeat(np.arange(len(faces)), 3), len(vertices))
-        self.limits.check(vertices=self.n_vertices + len(vertices), faces=self.n_faces + len(faces))
-        with np.errstate(all="ignore"):  # infinite coordinates are cleaning's to report
-            self.vertices.append(vertices @ transform[:3, :3].T + transform[:3, 3])
-        self.faces.append(faces + self.n_vertices)
-        self.n_vertices += len(vertices)
-        self.n_faces += len(faces)
+    def asides(self) -> Asides:
+        """Read what slicers' project files say; a damaged one says nothing."""
+        asides = Asides()
+        for name in self.archive.names:
+            if PROJECT_FILE.fullmatch(name):
+                try:
+                    read_project(self.archive.read(name), asides)
+                except InvalidMeshError:
+                    continue
+        return asides
+
+    def _read(self, names: list[str]) -> None:
+        """Read parts and those that they refer to."""
+        waiting = list(reversed(names))
+        while waiting:
+            name = waiting.pop()
+            if name in self.parts or name not in self.archive:
+                continue
+            self.parts[name] = part = self._part(name)
+            components = [c for thing in part.objects.values() for c in thing.components]
+            paths = {item.path for item in (*part.build, *components) if item.path}
+            waiting += sorted(map(part_name, paths))
+
+    def _part(self, name: str) -> Model3MF:
+        """Read one model part."""
+        try:
+            return read_model_part(self.archive.read(name), self._count)
+        except InvalidMeshError:
+            if any(other.startswith("secure/") for other in self.archive.names):
+                raise UnsupportedFormatError(
+                    "the 3MF file is encrypted (secure content): save it without protection"
+                ) from None
+            raise
+
+    def _count(self, vertices: int, faces: int) -> None:
+        """Add to the counts of all parts and check them."""
+        self.n_vertices += vertices
+        self.n_faces += faces
+        self.limits.check(vertices=self.n_vertices, faces=self.n_faces)
+
+    def _target(self) -> str:
+        """Name of the model part that the package names as its root."""
+        if RELATIONSHIPS not in self.archive:
+            return ""
+        reader = _Relationships()
+        try:
+            read_xml(self.archive.read(RELATIONSHIPS), reader, format="3MF")
+        except InvalidMeshError:
+            return ""
+        return reader.target
+
+
+@dataclass
+class _Relationships:
+    """Finds the root of a package."""
+
+    target: str = ""
+
+    def start(self, tag: str, attributes: dict[str, str]) -> None:
+        """Take up one relationship."""
+        if local(tag) == "Relationship" and re.search(
+            r"/3dmodel/?$", attribute(attributes, "Type") or ""
+        ):
+            self.target = self.target or part_name(attribute(attributes, "Target") or "")
+
+    def text(self, text: str) -> None:
+        """Leave text alone."""
+
+    def end(self, tag: str) -> None:
+        """Leave the end of elements alone."""
+
+
+def _counted(kind: str, number: int) -> str:
+    """Name some things with their number: "2 modifiers"."""
+    if kind in UNCOUNTED:
+        return kind
+    first, *rest = kind.split(" ")
+    if number == 1:
+        return f"1 {kind}"
+    if first == "object":
+        return " ".join([str(number), "objects", *rest]).replace("that is", "that are")
+    return f"{number} {kind}s"
