@@ -13,7 +13,7 @@ import json
 import sys
 import tempfile
 from collections.abc import Sequence
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
 
@@ -90,13 +90,14 @@ def outcome_of(client: Client, collection: str, path: Path) -> Outcome:
     if not ready:
         return outcome
     body = {"shape_id": ready[0]["id"], "limit": CREATURES + 1}
-    answer = client.post(f"/v1/collections/{COLLECTION}/query", body)
-    found = [match for match in answer["matches"] if match["shape"]["name"] == CLEAN]
-    distance, rank = (found[0]["distance"], found[0]["rank"]) if found else (float("inf"), 0)
-    return Outcome(
-        *(outcome.ready, outcome.failed, outcome.stored_failures),
-        *(surface_of(client, ready[0]), distance, rank),
-    )
+    surface = surface_of(client, ready[0])
+    try:
+        answer = client.post(f"/v1/collections/{COLLECTION}/query", body)
+    except ServiceError as error:
+        reason = path.name, f"the query failed: {error}"
+        return replace(outcome, failed=(*outcome.failed, reason), surface=surface)
+    (match,) = (match for match in answer["matches"] if match["shape"]["name"] == CLEAN)
+    return replace(outcome, surface=surface, distance=match["distance"], rank=match["rank"])
 
 
 def described(outcome: Outcome) -> str:

@@ -47,7 +47,7 @@ def mutated(data: bytes, longest: int, seed: int, mutate: Mutate) -> bytes:
 def _within(data: bytes, longest: int, rng: random.Random, mutate: Mutate) -> bytes | None:
     """Return a compressed file with a change in what it holds, None for other files."""
     for magic, (unpack, pack) in STREAMS.items():
-        if data.startswith(magic):
+        if data.startswith(magic) and unpack(data):
             return pack(mutated(unpack(data), longest, rng.randrange(1 << 30), mutate))
     if data.startswith(b"PK\x03\x04"):
         return _within_zip(data, longest, rng, mutate)

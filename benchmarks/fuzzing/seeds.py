@@ -8,7 +8,7 @@ from collections import defaultdict
 from collections.abc import Mapping
 from pathlib import Path
 
-import tests.formats.kinds
+from benchmarks.kinds import kinds_of
 from tests.meshes import icosphere
 from workers.errors import ProteusError
 from workers.geometry.formats import WRITTEN_FORMATS, detect_format, write
@@ -24,24 +24,20 @@ WORDS = 500
 def seeds() -> Mapping[str, list[bytes]]:
     """Return small files by format, those of every kind that the tests know.
 
-    The builders run with a body of 20 faces. A builder that cannot is left out.
+    The builders run with a body of 20 faces. A builder that cannot is left out. Files with Draco
+    are apart: they are decoded in another process, which takes long.
     """
-    tests.formats.kinds.BODY = SMALL_BODY  # before the modules that build from it are imported
-    every_kind = __import__("tests.formats.every_kind", fromlist=["every_kind"]).every_kind
     found: defaultdict[str, dict[str, bytes]] = defaultdict(dict)
     files = [(write(SMALL_BODY, form), f"a.{form}") for form in WRITTEN_FORMATS]
-    for kind in every_kind():
-        try:
-            files.append((kind.build(), kind.filename))
-        except Exception:  # a builder that needs the larger body
-            continue
+    files += [(data, kind.filename) for kind, data in kinds_of(SMALL_BODY)]
     for data, filename in files:
         if len(data) > LARGEST_SEED:
             continue
         key = hashlib.sha256(data).hexdigest()[:16]
         found[ANY][key] = data
         try:
-            found[detect_format(data, filename)][key] = data
+            form = detect_format(data, filename)
+            found[f"{form}-draco" if b"draco" in data else form][key] = data
         except ProteusError:
             continue
     return {form: list(one.values()) for form, one in found.items()}
