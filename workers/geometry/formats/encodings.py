@@ -55,10 +55,9 @@ def readable(data: bytes) -> Readable:
         The bytes, and what was done to them.
     """
     if data.startswith(UTF_8):
-        rest = data
-        while rest.startswith(UTF_8):
-            rest = rest[len(UTF_8) :]
-        return Readable(rest, ("left out the byte order mark before the text",))
+        return Readable(
+            data[_length_of_marks(data) :], ("left out the byte order mark before the text",)
+        )
     for mark, encoding in MARKS:
         if data.startswith(mark) and _plain_part(data[len(mark) :], encoding) >= MARKED:
             return _decoded(data[len(mark) :], encoding)
@@ -66,6 +65,14 @@ def readable(data: bytes) -> Readable:
         if _plain_part(data, encoding, at_least=SHORTEST) >= UNMARKED:
             return _decoded(data, encoding)
     return Readable(data)
+
+
+def _length_of_marks(data: bytes) -> int:
+    """Bytes of the UTF-8 marks in front of a text; a file may have nothing else."""
+    length = len(data) - len(data.lstrip(UTF_8))
+    length -= length % len(UTF_8)
+    several = UTF_8 * (length // len(UTF_8))
+    return length if data.startswith(several) else len(UTF_8)
 
 
 def _plain_part(data: bytes, encoding: str, *, at_least: int = 1) -> float:
