@@ -1,5 +1,6 @@
 """The meshes of a glTF file: their triangles, before any node places them."""
 
+from collections import Counter
 from dataclasses import dataclass
 from typing import Any
 
@@ -76,6 +77,7 @@ class Meshes:
         self._buffers = buffers
         self._decoder = decoder
         self._notes = notes
+        self._pooled = _used_by_several(self._meshes)
         self._primitives: dict[int, list[_Primitive]] = {}
         self._surfaces: dict[int, Surface] = {}
         self._n_primitives = 0
@@ -116,8 +118,10 @@ class Meshes:
             vertices[key] = item.n_vertices
             corners[key] = corners.get(key, 0) + item.n_corners
         return draco.Counts(
-            # vertices that no corner uses are left out, see `_plain`
-            vertices=sum(min(count, corners[key]) for key, count in vertices.items()),
+            vertices=sum(
+                min(count, corners[key]) if key in self._pooled else count
+                for key, count in vertices.items()
+            ),
             faces=sum(item.n_faces for item in primitives),
         )
 
@@ -192,10 +196,10 @@ class Meshes:
 
     def _plain(self, primitives: list[_Primitive]) -> Surface:
         """Triangles of primitives that share an accessor of positions."""
-        count, positions = primitives[0].n_vertices, primitives[0].positions
+        positions = primitives[0].positions
         values = self.accessors.values(positions, "VEC3")
         faces = np.concatenate([self._faces(item) for item in primitives])
-        if count > 3 * len(faces):  # some writers keep the vertices of all meshes in one accessor
+        if positions in self._pooled:  # a mesh has only the vertices that it uses
             used, places = np.unique(faces, return_inverse=True)
             values, faces = values[used], places.reshape(-1, 3)
         return Surface(self._coordinates(positions, values), faces)
@@ -240,3 +244,15 @@ class Meshes:
     def _coordinates(self, positions: int, values: NDArray[Any]) -> FloatArray:
         """Positions as float64; integers of a normalized accessor are fractions."""
         return self.accessors.scaled(positions, values).astype(np.float64)
+
+
+def _used_by_several(meshes: list[Json]) -> set[int]:
+    """Accessors of positions of several meshes: some writers keep all vertices in one."""
+    uses: Counter[int] = Counter()
+    for mesh in meshes:
+        used = {
+            part(primitive, "attributes").get("POSITION")
+            for primitive in entries(mesh, "primitives")
+        }
+        uses.update(position for position in used if isinstance(position, int))
+    return {position for position, count in uses.items() if count > 1}
