@@ -88,7 +88,7 @@ class AmfReader:
         attributes : dict
             Of the element.
         """
-        name = tag.rpartition(":")[2]
+        name = tag if tag in VALUES else tag.rpartition(":")[2]
         if name in VALUES:
             self._value = ""
             if name == "metadata":
@@ -126,7 +126,7 @@ class AmfReader:
         tag : str
             May have a prefix.
         """
-        name = tag.rpartition(":")[2]
+        name = tag if tag in VALUES else tag.rpartition(":")[2]
         if self._value is not None and name in VALUES:
             self._values[name] = self._value
             self._value = None

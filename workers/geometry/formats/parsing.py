@@ -17,6 +17,7 @@ from workers.geometry.formats.brains import (
     read_gifti,
     read_mni,
 )
+from workers.geometry.formats.collada import read_collada
 from workers.geometry.formats.containers import unwrap
 from workers.geometry.formats.detect import detect_format
 from workers.geometry.formats.encodings import readable
@@ -45,6 +46,7 @@ READERS: Mapping[str, Reader] = MappingProxyType(
         "gltf": read_gltf,
         "3mf": read_3mf,
         "amf": read_amf,
+        "dae": read_collada,
         "vtk": read_legacy_vtk,
         "vtp": read_vtk_xml,
         "freesurfer": read_freesurfer,
@@ -127,5 +129,5 @@ def parse(data: bytes, *, filename: str = "", limits: MeshLimits = DEFAULT_LIMIT
         raise InvalidMeshError(
             f"the file is damaged and cannot be read as {name.upper()}"
         ) from error
-    up: Axis = "z" if name in UPRIGHT_Z else "y"
+    up: Axis = reading.up or ("z" if name in UPRIGHT_Z else "y")
     return ParsedMesh(reading.mesh, name, up, plain.repairs + reading.repairs, reading.found)

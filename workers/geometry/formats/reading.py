@@ -1,6 +1,7 @@
 """What a reader makes of a file."""
 
 from dataclasses import dataclass
+from typing import Literal
 
 from workers.geometry.mesh import TriangleMesh
 
@@ -19,8 +20,11 @@ class Reading:
     found : tuple of str
         What else the file holds and what is left alone, in short: "vertex colours",
         "2 textures", "1 support object".
+    up : "y", "z" or None
+        The axis that points up, where the file itself says so.
     """
 
     mesh: TriangleMesh
     repairs: tuple[str, ...] = ()
     found: tuple[str, ...] = ()
+    up: Literal["y", "z"] | None = None

@@ -11,11 +11,13 @@ from workers.geometry.formats.brains import (
     is_mni,
     looks_like_freesurfer_text,
 )
+from workers.geometry.formats.collada import is_collada
 from workers.geometry.formats.msh import is_medit, is_msh
 from workers.geometry.formats.vtk import is_legacy_vtk, is_vtk_xml
 
 SIGNS: tuple[tuple[Callable[[bytes], bool], str], ...] = (
     (is_amf, "amf"),
+    (is_collada, "dae"),
     (is_legacy_vtk, "vtk"),
     (is_vtk_xml, "vtp"),
     (is_freesurfer, "freesurfer"),
