@@ -308,3 +308,8 @@ def fortran() -> bytes:
 @kind("OFF", "a byte order mark before the keyword", "Read.")
 def byte_order_mark() -> bytes:
     return b"\xef\xbb\xbf" + off()
+
+
+@kind("OFF", "decimal commas", "Read as points; said.", repairs=("decimal commas",))
+def decimal_commas() -> bytes:
+    return off(vertex_rows=[row.replace(".", ",") for row in VERTEX_ROWS])

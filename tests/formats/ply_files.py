@@ -302,7 +302,12 @@ def no_last_line_end() -> bytes:
     return text().rstrip()
 
 
-@kind("PLY", "words after the last row", "Read; they are left out.")
+@kind(
+    "PLY",
+    "words or more rows after the last row, in text",
+    "Read; they are left out and said.",
+    repairs=("left out what follows the last row",),
+)
 def words_after() -> bytes:
     return text() + b"made by hand\n"
 
@@ -374,3 +379,13 @@ def no_end() -> bytes:
 def not_a_number() -> bytes:
     head = header("ascii", vertices=f"vertex {N + 1}")
     return text(head, [*VERTEX_ROWS, "-1.#IND 1.#QNAN -nan(ind)"])
+
+
+@kind("PLY", "decimal commas in text", "Read as points; said.", repairs=("decimal commas",))
+def decimal_commas() -> bytes:
+    return text(vertex_rows=[row.replace(".", ",") for row in VERTEX_ROWS])
+
+
+@kind("PLY", "commas between numbers in text", "Read as blanks; said.", repairs=("commas between",))
+def commas_between() -> bytes:
+    return text(vertex_rows=[row.replace(" ", ", ") for row in VERTEX_ROWS])

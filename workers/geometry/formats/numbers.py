@@ -60,8 +60,8 @@ def read_numbers(text: bytes) -> NumberText:
     starts_word[1:] &= ~filled[:-1]
     words = np.flatnonzero(starts_word)  # (n,), in bytes
     breaks = np.flatnonzero((every_byte == ord("\n")) | (every_byte == ord("\r")))
-    lines = np.unique(np.concatenate([[0], np.searchsorted(words, breaks), [len(words)]]))
-    inside = lines[lines < len(values)]
+    lines = np.concatenate([[0], np.searchsorted(words, breaks)])  # sorted; blank lines repeat
+    inside = lines[np.append(lines[1:] != lines[:-1], True) & (lines < len(values))]
     return NumberText(values, np.append(inside, len(values)), word)
 
 

@@ -1,6 +1,7 @@
 """OFF: text with rows of any layout, and the entrance to binary."""
 
 import re
+from dataclasses import replace
 
 import numpy as np
 
@@ -8,6 +9,7 @@ from workers.errors import InvalidMeshError
 from workers.geometry.arrays import FloatArray
 from workers.geometry.formats.limits import MeshLimits, check_length
 from workers.geometry.formats.numbers import NumberText, read_numbers, without_comments
+from workers.geometry.formats.numerals import with_decimal_points
 from workers.geometry.formats.off.binary import read_binary_body
 from workers.geometry.formats.off.keyword import BINARY, Layout, layout_of, read_keyword
 from workers.geometry.formats.off.rows import Body, Counts, read_body
@@ -17,6 +19,7 @@ from workers.geometry.formats.tokens import quoted
 
 SHORTEST_VERTEX, SHORTEST_FACE = len(b"0 0 0\n"), len(b"0\n")
 LARGEST_COUNT = 1e15
+COUNTS_LINE = re.compile(rb"\s*\d+\s+\d+(?:\s+\d+)?[ \t]*(?=[\r\n])")
 FIRST_LINE = re.compile(rb"\s*([^\r\n]*)")
 
 
@@ -58,12 +61,17 @@ def _read_text(text: bytes, limits: MeshLimits) -> tuple[Layout, Body]:
     """Layout and body of a text without comments."""
     layout, end = read_keyword(text)
     text = text[end:]
+    counts_line = COUNTS_LINE.match(text)
+    begin = counts_line.end() if counts_line else 0
+    rows, repairs = with_decimal_points(text[begin:])
+    text = text[:begin] + rows if repairs else text
     numbers = read_numbers(text)
     counts = _counts(numbers, layout, text)
     limits.check(vertices=counts.vertices, faces=counts.faces)
     needed = counts.vertices * SHORTEST_VERTEX + counts.faces * SHORTEST_FACE - 1
     check_length(needed, len(text), vertices=counts.vertices, faces=counts.faces)
-    return layout, read_body(numbers, counts, layout)
+    body = read_body(numbers, counts, layout)
+    return layout, replace(body, repairs=(*repairs, *body.repairs))
 
 
 def _counts(numbers: NumberText, layout: Layout, text: bytes) -> Counts:

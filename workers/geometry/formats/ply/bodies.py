@@ -5,6 +5,7 @@ from dataclasses import replace
 
 from workers.errors import InvalidMeshError
 from workers.geometry.formats.numbers import NumberText, read_numbers, without_comments
+from workers.geometry.formats.numerals import with_decimal_points
 from workers.geometry.formats.ply.header import Header
 from workers.geometry.formats.tables import Element, Rows
 from workers.geometry.formats.tokens import quoted
@@ -76,20 +77,18 @@ def read_text(data: bytes, header: Header, n_elements: int) -> tuple[list[Rows],
     body = data[header.body :]
     if b"\r" in body:
         body = body.replace(b"\r", b"\n")
-    numbers = read_numbers(without_comments(COMMENT_LINE.sub(b"", body)))
+    body, repairs = with_decimal_points(without_comments(COMMENT_LINE.sub(b"", body)))
+    numbers = read_numbers(body)
     elements = [_as_text(element) for element in header.elements[:n_elements]]
     declared = sum(element.count for element in elements)
     try:
-        return _by_lines(numbers, elements)
+        tables, said = _by_lines(numbers, elements)
     except InvalidMeshError:
         if numbers.word is None and numbers.n_lines == declared:
             raise
-    try:
-        return _as_stream(numbers, elements)
-    except InvalidMeshError:
-        if numbers.word is not None:
-            raise InvalidMeshError(f"expected a number, found {quoted(numbers.word)}") from None
-        raise
+        tables, said = _as_stream(numbers, elements)
+    rest = n_elements == len(header.elements) and _rest(numbers, tables)
+    return tables, [*repairs, *said, *(["left out what follows the last row"] if rest else [])]
 
 
 def _as_text(element: Element) -> Element:
@@ -125,10 +124,20 @@ def _by_lines(numbers: NumberText, elements: list[Element]) -> tuple[list[Rows],
 
 def _as_stream(numbers: NumberText, elements: list[Element]) -> tuple[list[Rows], list[str]]:
     """Read number after number, wherever lines end."""
-    data = numbers.data
     tables: list[Rows] = []
     position = 0
     for element in elements:
-        tables.append(read_rows(data, position, element, "<"))
+        try:
+            tables.append(read_rows(numbers.data, position, element, "<"))
+        except InvalidMeshError:
+            if numbers.word is None:
+                raise
+            reason = f"expected a number, found {quoted(numbers.word)}"
+            raise InvalidMeshError(reason) from None
         position = tables[-1].end
     return tables, ["lines are not rows: numbers were read one after the other"]
+
+
+def _rest(numbers: NumberText, tables: list[Rows]) -> bool:
+    """Whether something follows after the last row."""
+    return tables[-1].end < NUMBER_SIZE * len(numbers.values) or numbers.word is not None
