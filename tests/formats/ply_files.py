@@ -67,7 +67,7 @@ def polygons(order: str, rows: Sequence[Sequence[int]], tail: bytes = b"") -> by
 def strips(rows: IntArray) -> list[list[int]]:
     """One strip a triangle, and for every second triangle one that turns twice before it."""
     return [
-        [a, b, c, -1] if place % 2 else [a, a, a, a, b, c, -1]
+        [a, b, c, -1] if place % 2 else [a, a, a, b, c, -1]
         for place, (a, b, c) in enumerate(rows.tolist())
     ]
 
