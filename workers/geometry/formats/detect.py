@@ -6,6 +6,7 @@ from workers.errors import InvalidMeshError, UnsupportedFormatError
 from workers.geometry.formats.amf import is_amf
 from workers.geometry.formats.encodings import readable
 from workers.geometry.formats.gltf import is_glb, is_gltf
+from workers.geometry.formats.obj import is_obj
 from workers.geometry.formats.off import begins_with_counts, is_off
 from workers.geometry.formats.ply import is_ply
 from workers.geometry.formats.refusals import refused_content, refused_ending
@@ -19,7 +20,6 @@ ENDINGS = {
     **{"glb": "glb", "gltf": "gltf", "3mf": "3mf"},
 }
 EXPECTED = "expected OFF, OBJ, PLY, STL, GLB, glTF or 3MF"
-OBJ_VERTEX = re.compile(rb"^[ \t]*v[ \t]+[-+.\d]", re.MULTILINE)
 
 
 def detect_format(data: bytes, filename: str = "") -> str:
@@ -86,7 +86,7 @@ def _by_text(data: bytes) -> str | None:
         return "stl"
     if b"\0" in head:
         return None
-    return "obj" if OBJ_VERTEX.search(head.replace(b"\r", b"\n")) else None
+    return "obj" if is_obj(head) else None
 
 
 def _by_ending(data: bytes, filename: str) -> str | None:

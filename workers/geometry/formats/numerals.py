@@ -7,6 +7,7 @@ NOT_A_NUMBER = re.compile(
 )
 INFINITE = re.compile(rb"([-+]?)(?:1[.,]#inf\S*|inf(?:inity)?|\xe2\x88\x9e)", re.IGNORECASE)
 FORTRAN = re.compile(rb"([-+]?[\d.]+)[dq]([-+]?\d+)", re.IGNORECASE)
+WITH_NUMBER_SIGN = re.compile(rb"(?<!\S)[-+]?1[.,]#[a-z]\S*", re.IGNORECASE)
 FOLLOWED_BY_BLANK = re.compile(rb"[,;](?=\s|\Z)")
 
 
@@ -30,6 +31,24 @@ def respelled(token: bytes) -> bytes:
     if found := FORTRAN.fullmatch(token):
         return found[1] + b"e" + found[2]
     return token
+
+
+def without_number_signs(text: bytes) -> bytes:
+    """Spell ``1.#QNAN`` and ``1.#INF`` as Python does, where ``#`` would begin a comment.
+
+    Parameters
+    ----------
+    text : bytes
+        The whole file.
+
+    Returns
+    -------
+    bytes
+        The text itself where there are none.
+    """
+    if b".#" not in text and b",#" not in text:
+        return text
+    return WITH_NUMBER_SIGN.sub(lambda found: respelled(found[0]), text)
 
 
 def with_decimal_points(text: bytes) -> tuple[bytes, tuple[str, ...]]:

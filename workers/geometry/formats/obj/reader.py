@@ -1,0 +1,137 @@
+"""From the statements of an OBJ file to a mesh."""
+
+import re
+
+import numpy as np
+
+from workers.errors import InvalidMeshError, UnsupportedFormatError
+from workers.geometry.arrays import FloatArray
+from workers.geometry.formats.limits import MeshLimits
+from workers.geometry.formats.numerals import with_decimal_points
+from workers.geometry.formats.obj.statements import Statements, read_statements
+from workers.geometry.formats.polygons import polygon_mesh, require_faces, require_indices
+from workers.geometry.formats.reading import Reading
+from workers.geometry.formats.tokens import Polygons, floats, integers
+
+TEXTURE_AND_NORMAL = re.compile(rb"[/\\][^ \t\n]*")
+COLOURED = 6  # numbers of a vertex x y z r g b; a seventh is a weight or transparency
+FEWEST_FACES = 4  # a shape has no fewer; so many agree on where they count from
+
+
+def read_obj(data: bytes, limits: MeshLimits) -> Reading:
+    """Read an OBJ file: polygons, ``v/vt/vn`` corners, relative indices, colours.
+
+    Parameters
+    ----------
+    data : bytes
+        The whole file, without a byte order mark.
+    limits : MeshLimits
+        Most vertices and faces that are accepted.
+
+    Returns
+    -------
+    Reading
+        Vertices in the order of the file, polygons cut into triangles.
+
+    Raises
+    ------
+    InvalidMeshError, UploadTooLargeError
+        See `workers.geometry.formats.parse`.
+    UnsupportedFormatError
+        Nothing but free-form surfaces.
+    """
+    statements = read_statements(data)
+    n_vertices, n_faces = len(statements.vertices), len(statements.faces)
+    limits.check(vertices=n_vertices, faces=n_faces)
+    _require_polygons(statements)
+    vertices, has_colours, commas = _vertices(statements.vertices)
+    polygons = _polygons(statements.faces)
+    if (polygons.corners < 0).any():
+        polygons = _absolute(polygons, statements.is_vertex)
+    first, zero = _first_index(polygons, n_vertices)
+    of_corners = np.repeat(np.arange(n_faces), polygons.counts)
+    require_indices(polygons.corners - first, of_corners, n_vertices, first=first)
+    polygons = Polygons(polygons.counts, polygons.corners - first)
+    mesh = polygon_mesh(vertices, polygons, limits)
+    colours = ("vertex colours",) if has_colours else ()
+    return Reading(
+        mesh, repairs=commas + zero + _left_out(polygons), found=statements.found() + colours
+    )
+
+
+def _require_polygons(statements: Statements) -> None:
+    """Raise an error that says what a file without faces has instead."""
+    if statements.faces:
+        return
+    if statements.count("surf"):
+        raise UnsupportedFormatError(
+            "the OBJ file holds free-form surfaces but no polygons; expected polygons: "
+            "export it as a mesh"
+        )
+    if n_lines := statements.count("l", "curv", "curv2"):
+        raise InvalidMeshError(
+            f"the file has lines but no faces ({n_lines:,} lines); expected a surface"
+        )
+    require_faces(len(statements.vertices), 0)
+
+
+def _vertices(lines: list[bytes]) -> tuple[FloatArray, bool, tuple[str, ...]]:
+    """Positions (n, 3) of bodies ``x y z [w | r g b]``, if there are colours, and repairs."""
+    text, repairs = with_decimal_points(b"\n".join(lines))
+    if repairs:
+        lines = text.split(b"\n")
+    width = len(lines[0].split()) if lines else 3
+    values = floats(text)
+    if width >= 3 and len(values) == width * len(lines):
+        return values.reshape(-1, width)[:, :3], width >= COLOURED, repairs
+    rows = [line.split()[:3] for line in lines]
+    for vertex, row in enumerate(rows, start=1):
+        if len(row) < 3:
+            raise InvalidMeshError(f"vertex {vertex} has {len(row)} coordinates; expected 3")
+    positions = floats(b"\n".join(b" ".join(row) for row in rows)).reshape(-1, 3)
+    return positions, len(values) >= COLOURED * len(lines) / 2, repairs
+
+
+def _polygons(lines: list[bytes]) -> Polygons:
+    """Polygons of bodies ``v[/vt[/vn]] …``; corners as in the file, from 1 or negative."""
+    text = b"\n".join(lines)
+    if b"," in text:
+        text = text.replace(b",", b" ")
+        lines = text.split(b"\n")
+    if b"/" in text or b"\\" in text:
+        text = TEXTURE_AND_NORMAL.sub(b"", text)
+    counts = np.array([len(line.split()) for line in lines], dtype=np.int64)
+    corners = integers(text)
+    if len(corners) != counts.sum():
+        raise InvalidMeshError("a face has a corner without a vertex index")
+    return Polygons(counts, corners)
+
+
+def _absolute(polygons: Polygons, is_vertex: list[bool]) -> Polygons:
+    """Replace relative indices (-1 is the last vertex before the face) by those from 1."""
+    flags = np.array(is_vertex)
+    seen = np.cumsum(flags)[~flags]  # (p,): vertices before each face
+    before = np.repeat(seen, polygons.counts)  # (corners,)
+    corners = np.where(polygons.corners < 0, before + polygons.corners + 1, polygons.corners)
+    return Polygons(polygons.counts, corners)
+
+
+def _first_index(polygons: Polygons, n_vertices: int) -> tuple[int, tuple[str, ...]]:
+    """Number of the first vertex, 1 by the format, and what is to be said if it is 0."""
+    corners = polygons.corners
+    counts_from_0 = (
+        len(polygons.counts) >= FEWEST_FACES
+        and corners.size > 0
+        and corners.min() == 0
+        and corners.max() == n_vertices - 1
+    )
+    if counts_from_0:
+        return 0, ("the faces count vertices from 0, not from 1 as in OBJ; read so",)
+    return 1, ()
+
+
+def _left_out(polygons: Polygons) -> tuple[str, ...]:
+    """Say how many faces have too few corners."""
+    count = int((polygons.counts < 3).sum())
+    noun = "face" if count == 1 else "faces"
+    return (f"left out {count:,} {noun} of fewer than 3 corners",) if count else ()
