@@ -19,7 +19,7 @@ ENDINGS = {
     **{"off": "off", "obj": "obj", "ply": "ply", "stl": "stl"},
     **{"glb": "glb", "gltf": "gltf", "3mf": "3mf"},
 }
-EXPECTED = "expected OFF, OBJ, PLY, STL, GLB, glTF or 3MF"
+EXPECTED = "expected OFF, OBJ, PLY, STL, GLB, glTF, 3MF, AMF, DAE, VTK or MSH"
 
 
 def detect_format(data: bytes, filename: str = "") -> str:
