@@ -72,6 +72,17 @@ def test_what_is_wrong_is_named(data: bytes, message: str) -> None:
         parse(data)
 
 
+def test_signalling_nan_and_corners_far_away_pass_through() -> None:
+    counts = np.array([4, 1, 0], ">i4").tobytes()
+    points = bytes.fromhex("7f800001") + bytes(40) + bytes.fromhex("7f7fffff")
+    data = b"OFF BINARY\n" + counts + points + np.array([4, 0, 1, 2, 3, 0], ">i4").tobytes()
+    mesh = parse(data).mesh
+    assert np.isnan(mesh.vertices[0, 0])
+    assert mesh.n_faces == 2
+    comb = "OFF 6 1 0\n0 0 0\n1e300 0 0\n1 1 0\n1e308 nan 0\n2 0 0\n1 -9e307 0\n6 0 1 2 3 4 5\n"
+    assert parse(comb.encode()).mesh.n_faces == 4
+
+
 @pytest.mark.parametrize("text", [b"offset 3", b"office 4", b"coffee\n1 2 3", b"turn OFF 3 lamps"])
 def test_words_that_begin_like_the_keyword_are_none(text: bytes) -> None:
     assert not is_off(text)

@@ -39,7 +39,8 @@ def polygon_mesh(vertices: FloatArray, polygons: Polygons, limits: MeshLimits) -
     require_faces(len(vertices), n_triangles)
     faces_of_corners = np.repeat(np.arange(len(polygons.counts)), polygons.counts)
     require_indices(polygons.corners, faces_of_corners, len(vertices))
-    return TriangleMesh(vertices, triangulate(vertices, polygons))
+    with np.errstate(all="ignore"):  # what is not finite is left to cleaning
+        return TriangleMesh(vertices, triangulate(vertices, polygons))
 
 
 def points_and_lines(polygons: Polygons) -> tuple[str, ...]:

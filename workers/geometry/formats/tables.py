@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from workers.geometry.arrays import IntArray
+from workers.geometry.formats.records import as_floats
 from workers.geometry.formats.tokens import Polygons, integral, places_in_runs
 
 Buffer = bytes | memoryview
@@ -210,7 +211,7 @@ def as_integers(values: NDArray[Any]) -> IntArray:
         One is no integer.
     """
     if values.dtype.kind == "f":
-        return integral(values.astype(np.float64))
+        return integral(as_floats(values))
     return values.astype(np.int64)
 
 

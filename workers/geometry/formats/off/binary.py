@@ -10,6 +10,7 @@ from workers.errors import InvalidMeshError
 from workers.geometry.formats.limits import MeshLimits
 from workers.geometry.formats.off.keyword import SPACE, Layout
 from workers.geometry.formats.off.rows import LEFT, Body
+from workers.geometry.formats.records import as_floats
 from workers.geometry.formats.tables import Element, Property
 from workers.geometry.formats.walking import read_rows
 
@@ -107,7 +108,7 @@ def _ways(
             polygons = face_rows.lists(0)
         except InvalidMeshError:
             continue
-        axes = [rows.numbers(i).astype(np.float64) for i in range(layout.n_coordinates)]
+        axes = [as_floats(rows.numbers(i)) for i in range(layout.n_coordinates)]
         has_colours = coloured and bool(face_rows.lists(1).counts.any())
         found = ("face colours",) if has_colours else ()
         body = Body(np.stack(axes, axis=1), polygons, (), found)

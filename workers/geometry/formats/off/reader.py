@@ -118,5 +118,6 @@ def _in_space(coordinates: FloatArray, layout: Layout) -> FloatArray:
             f"vertex {vertex} has the fourth coordinate 0: it lies at infinity; "
             "expected another number, by which the first three are divided"
         )
-    positions: FloatArray = coordinates[:, :3].astype(np.float64) / weights
+    with np.errstate(all="ignore"):  # what is not finite is left to cleaning
+        positions: FloatArray = coordinates[:, :3].astype(np.float64) / weights
     return positions

@@ -11,6 +11,7 @@ from workers.geometry.formats.ply.names import axes_of, corners_of, holds_splats
 from workers.geometry.formats.ply.strips import cut_strips
 from workers.geometry.formats.polygons import points_and_lines, polygon_mesh, require_faces
 from workers.geometry.formats.reading import Reading
+from workers.geometry.formats.records import as_floats
 from workers.geometry.formats.tables import Rows
 from workers.geometry.formats.tokens import Polygons
 
@@ -90,7 +91,7 @@ def _vertices(tables: list[Rows], header: Header) -> FloatArray:
     for rows, element in zip(tables, header.elements, strict=False):
         if element.name == "vertex":
             axes = axes_of(element)
-            return np.stack([rows.numbers(axis).astype(np.float64) for axis in axes], axis=1)
+            return np.stack([as_floats(rows.numbers(axis)) for axis in axes], axis=1)
     return np.zeros((0, 3))
 
 
