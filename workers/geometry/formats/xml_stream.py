@@ -77,7 +77,7 @@ def read_xml(data: bytes, handler: Handler, name: str, *, plain_doctype: bool = 
     parser.CharacterDataHandler = handler.text
     try:
         parser.Parse(data.lstrip(), True)
-    except expat.ExpatError as error:
+    except (expat.ExpatError, LookupError, ValueError) as error:
         raise InvalidMeshError(f"the XML of the {name} file is damaged: {error}") from None
 
 

@@ -59,6 +59,11 @@ def read_mni(data: bytes, limits: MeshLimits) -> Reading:
     length = len(data)
     check_length(n_points * SHORTEST_VERTEX, length, vertices=n_points, faces=0)
     begin = N_MATERIAL + 1
+    if len(values) < begin + 6 * n_points:
+        raise InvalidMeshError(
+            f"the MNI file declares {n_points:,} points, but ends before the last of them: "
+            "it is truncated"
+        )
     vertices = values[begin : begin + 3 * n_points].reshape(-1, 3)
     begin += 6 * n_points
     n_polygons = _count(values[begin:], "polygons")
