@@ -47,7 +47,7 @@ BY_MESHIO: tuple[tuple[str, str, dict[str, object]], ...] = (
 def written(request: pytest.FixtureRequest, tmp_path: Path) -> Callable[[meshio.Mesh], bytes]:
     """What meshio makes of a mesh in one of its formats."""
     name, format, options = request.param
-    path = tmp_path / name
+    path: Path = tmp_path / name
 
     def write(mesh: meshio.Mesh) -> bytes:
         try:
