@@ -283,3 +283,33 @@ def test_damaged_files_are_refused_or_read(data: st.DataObject) -> None:
 def draw_file(data: st.DataObject) -> bytes:
     files = [plain().glb(), plain().gltf(), instanced(TRANSLATION=PLACES), meshopt_glb()]
     return data.draw(st.sampled_from(files))
+
+
+def test_damage_to_what_is_left_alone_does_not_matter() -> None:
+    builder = plain()
+    builder.document |= {"textures": 7, "materials": [3], "animations": {}, "cameras": None}
+    builder.document["extensions"] = {"KHR_lights_punctual": {"lights": "x"}}
+    assert parse(builder.glb()).mesh.n_faces == BODY.n_faces
+
+
+def test_signalling_nans_are_passed_on_without_a_warning() -> None:
+    builder = plain()
+    builder.binary = b"\x01\x00\xa0\x7f" + builder.binary[4:]
+    assert np.isnan(parse(builder.glb()).mesh.vertices[0, 0])
+
+
+def test_streams_and_nodes_count_together() -> None:
+    builder = Builder()
+    view = builder.view(draco_stream())
+    positions = builder.add("accessors", {"componentType": 5126, "count": 3, "type": "VEC3"})
+    extension = {DRACO: {"bufferView": view, "attributes": {"POSITION": 0}}}
+    one = {"attributes": {"POSITION": positions}, "extensions": extension}
+    builder.add("meshes", {"primitives": [one] * 9})
+    with pytest.raises(UploadTooLargeError, match="1,284 vertices, but at most 1,000"):
+        parse(builder.glb(), limits=FEW)
+    with pytest.raises(UploadTooLargeError, match="unpacks to more"):
+        parse(builder.glb(), limits=MeshLimits(unpacked=10_000))
+    scenes = [{"nodes": list(range(100_001))}]
+    builder.document |= {"nodes": [{} for _ in range(100_001)], "scenes": scenes}
+    with pytest.raises(UploadTooLargeError, match="over 100,000 nodes"):
+        parse(builder.glb())

@@ -1,6 +1,8 @@
 """What a glTF document holds besides its surface."""
 
-from workers.geometry.formats.gltf.document import Json, entries, part
+from typing import Any
+
+from workers.geometry.formats.gltf.document import Json, part
 from workers.geometry.formats.gltf.notes import counted
 
 LISTS = {
@@ -22,32 +24,33 @@ def describe_contents(document: Json) -> tuple[str, ...]:
     -------
     tuple of str
         "2 textures", "vertex colours", "morph targets: the base shape was read" and so on.
-
-    Raises
-    ------
-    InvalidMeshError
-        One of the lists is damaged.
     """
     found = [
         counted(len(items), noun)
         for key, noun in LISTS.items()
-        if (items := entries(document, key))
+        if (items := _listed(document, key))
     ]
-    lights = entries(part(document, "extensions", "KHR_lights_punctual"), "lights")
+    lights = _listed(part(document, "extensions", "KHR_lights_punctual"), "lights")
     if lights:
         found.append(counted(len(lights), "light"))
     primitives = [
         primitive
-        for mesh in entries(document, "meshes")
-        for primitive in entries(mesh, "primitives")
+        for mesh in _listed(document, "meshes")
+        for primitive in _listed(mesh, "primitives")
     ]
     attributes = {name for primitive in primitives for name in part(primitive, "attributes")}
     found += [words for name, words in ATTRIBUTES.items() if name in attributes]
     if any(primitive.get("targets") for primitive in primitives):
         found.append("morph targets: the base shape was read")
-    if entries(document, "skins"):
-        found.append(f"{counted(len(entries(document, 'skins')), 'skin')}: the bind pose was read")
-    others = len(entries(document, "scenes")) - 1
+    if _listed(document, "skins"):
+        found.append(f"{counted(len(_listed(document, 'skins')), 'skin')}: the bind pose was read")
+    others = len(_listed(document, "scenes")) - 1
     if others > 0:
         found.append(f"{counted(others, 'other scene')}: the default scene was read")
     return tuple(found)
+
+
+def _listed(item: Json, key: str) -> list[Any]:
+    """Objects of a list; damage to what is left alone does not matter."""
+    found = item.get(key)
+    return [x for x in found if isinstance(x, dict)] if isinstance(found, list) else []

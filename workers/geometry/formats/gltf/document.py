@@ -196,14 +196,16 @@ def natural(item: Json, key: str) -> int:
     Returns
     -------
     int
-        0 where it is missing.
+        0 where it is missing or null.
 
     Raises
     ------
     InvalidMeshError
         Something else, or more than any file has bytes.
     """
-    value = item.get(key, 0)
+    value = item.get(key)
+    if value is None:
+        return 0
     if isinstance(value, float) and value.is_integer():
         value = int(value)
     if isinstance(value, bool) or not isinstance(value, int) or not 0 <= value < LARGEST_COUNT:

@@ -84,11 +84,13 @@ class DracoDecoder:
     Parameters
     ----------
     limits : MeshLimits
-        For each stream.
+        For all streams together.
     """
 
     def __init__(self, limits: MeshLimits) -> None:
         self._limits = limits
+        self._n_vertices = 0
+        self._n_faces = 0
         self._process: subprocess.Popen[bytes] | None = None
 
     def decode(
@@ -122,7 +124,7 @@ class DracoDecoder:
             Over the limits.
         """
         header = declared_counts(stream) or counts
-        self._limits.check(vertices=header.vertices, faces=header.faces)
+        self._check(header.vertices, header.faces)
         size = max(header.faces, counts.faces, header.vertices, counts.vertices)
         memory, seconds = MEMORY + MEMORY_A_FACE * size, SECONDS + size // FACES_A_SECOND
         requests, replies = self._pipes()
@@ -130,9 +132,11 @@ class DracoDecoder:
             requests.write(REQUEST.pack(attribute, len(stream), memory, seconds) + stream)
             requests.flush()
             worked, kind, width, n_points, n_faces = REPLY.unpack(_exactly(replies, REPLY.size))
-            self._limits.check(vertices=n_points, faces=n_faces)
             if not worked or width != 3:
                 raise InvalidMeshError("the Draco data of the glTF file is damaged")
+            self._check(n_points, n_faces)
+            self._n_vertices += n_points
+            self._n_faces += n_faces
             dtype = np.dtype(kind.decode())
             points = np.frombuffer(_exactly(replies, n_points * width * dtype.itemsize), dtype)
             faces = np.frombuffer(_exactly(replies, n_faces * 12), "<u4").astype(np.int64)
@@ -153,6 +157,10 @@ class DracoDecoder:
         self._process.kill()
         self._process.wait()
         self._process = None
+
+    def _check(self, vertices: int, faces: int) -> None:
+        """Raise ``UploadTooLargeError`` if so many more are too many."""
+        self._limits.check(vertices=self._n_vertices + vertices, faces=self._n_faces + faces)
 
     def _pipes(self) -> tuple[IO[bytes], IO[bytes]]:
         """Standard input and output of the process."""

@@ -189,6 +189,8 @@ class Meshes:
         ]
         if not parts:
             return Surface(np.zeros((0, 3)), np.zeros((0, 3), dtype=np.int64))
+        if len(parts) == 1:
+            return parts[0]
         sizes = [len(part.vertices) for part in parts]
         offsets = np.cumsum([0, *sizes[:-1]])
         faces = [part.faces + offset for part, offset in zip(parts, offsets, strict=True)]
@@ -230,7 +232,9 @@ class Meshes:
         extension = part(item.content, "extensions", draco.NAME)
         number = part(extension, "attributes").get("POSITION", -1)
         attribute = number if isinstance(number, int) and 0 <= number < 1 << 32 else -1
-        stream = bytes(self._buffers.view(extension.get("bufferView")).data)
+        view = self._buffers.view(extension.get("bufferView"))
+        self._buffers.budget.take(len(view.data))  # many primitives may name one long stream
+        stream = bytes(view.data)
         declared = draco.Counts(item.n_vertices, item.n_faces)
         points, faces = self._decoder.decode(stream, attribute, declared)
         if (len(points), len(faces)) != (declared.vertices, declared.faces):
@@ -243,7 +247,8 @@ class Meshes:
 
     def _coordinates(self, positions: int, values: NDArray[Any]) -> FloatArray:
         """Positions as float64; integers of a normalized accessor are fractions."""
-        return self.accessors.scaled(positions, values).astype(np.float64)
+        with np.errstate(invalid="ignore"):  # what is not a number is cleaning's to report
+            return self.accessors.scaled(positions, values).astype(np.float64)
 
 
 def _used_by_several(meshes: list[Json]) -> set[int]:

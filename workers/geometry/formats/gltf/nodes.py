@@ -7,11 +7,13 @@ from typing import Any
 
 import numpy as np
 
+from workers.errors import UploadTooLargeError
 from workers.geometry.arrays import FloatArray
 from workers.geometry.formats.gltf.document import Json, entries, part
 from workers.geometry.formats.gltf.notes import Notes
-from workers.geometry.formats.gltf.transforms import local_transform
+from workers.geometry.formats.gltf.transforms import local_transforms
 
+MOST_NODES = 100_000
 TWICE = "a node of the glTF file is reached twice; it was read once"
 
 
@@ -43,6 +45,13 @@ class Nodes:
         Content of the JSON.
     notes : Notes
         Takes what breaks the rules.
+
+    Raises
+    ------
+    InvalidMeshError
+        A transform is damaged.
+    UploadTooLargeError
+        Too many nodes.
     """
 
     def __init__(self, document: Json, notes: Notes) -> None:
@@ -50,6 +59,9 @@ class Nodes:
         self._nodes = entries(document, "nodes")
         self._notes = notes
         self._seen: set[int] = set()
+        if len(self._nodes) > MOST_NODES:
+            raise UploadTooLargeError(f"the glTF file has over {MOST_NODES:,} nodes")
+        self._local = local_transforms(self._nodes)
 
     def placements(self) -> list[Placement]:
         """Meshes of the default scene; else of all nodes; else those without a node.
@@ -62,7 +74,7 @@ class Nodes:
         Raises
         ------
         InvalidMeshError
-            A transform or a list is damaged.
+            A list is damaged.
         """
         found = list(self._walk(self._scene_roots()))
         if not found:
@@ -123,7 +135,7 @@ class Nodes:
                     self._notes.found["hidden node"] += 1
                     continue
                 with np.errstate(all="ignore"):  # what is not finite is cleaning's to report
-                    transform = parent @ local_transform(node)
+                    transform = parent @ self._local[index]
                 if node.get("mesh") is not None:
                     # A skinned mesh stands where its bones hold it, whatever its node says.
                     placed = np.eye(4) if node.get("skin") is not None else transform

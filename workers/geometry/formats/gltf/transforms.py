@@ -12,32 +12,34 @@ from workers.geometry.formats.gltf.document import Json, part
 INSTANCING = "EXT_mesh_gpu_instancing"
 
 
-def local_transform(node: Json) -> FloatArray:
-    """Matrix of a node, given as such, or as translation, rotation and scale.
+def local_transforms(nodes: list[Json]) -> FloatArray:
+    """Matrices of nodes, given as such, or as translation, rotation and scale.
 
     Parameters
     ----------
-    node : dict
-        Of the document.
+    nodes : list of dict
+        Of the document; all at once, since there may be very many.
 
     Returns
     -------
-    (4, 4) float64
-        Moves columns (x, y, z, 1) from the node's coordinates to its parent's.
+    (n, 4, 4) float64
+        Move columns (x, y, z, 1) from each node's coordinates to its parent's.
 
     Raises
     ------
     InvalidMeshError
         A list of another length, or one of no numbers.
     """
-    if node.get("matrix") is not None:
-        return _numbers(node, "matrix", np.eye(4).ravel()).reshape(4, 4).T
-    composed = compose(
-        _numbers(node, "translation", np.zeros(3))[None],
-        _numbers(node, "rotation", np.array([0.0, 0, 0, 1]))[None],
-        _numbers(node, "scale", np.ones(3))[None],
+    transforms = compose(
+        _numbers(nodes, "translation", [0.0, 0, 0]),
+        _numbers(nodes, "rotation", [0.0, 0, 0, 1]),
+        _numbers(nodes, "scale", [1.0, 1, 1]),
     )
-    return composed.reshape(4, 4)
+    given = [index for index, node in enumerate(nodes) if node.get("matrix") is not None]
+    if given:
+        matrices = _numbers([nodes[index] for index in given], "matrix", [0.0] * 16)
+        transforms[given] = matrices.reshape(-1, 4, 4).transpose(0, 2, 1)
+    return transforms
 
 
 def count_instances(node: Json, accessors: Accessors) -> int:
@@ -94,7 +96,8 @@ def instance_transforms(node: Json, accessors: Accessors) -> FloatArray:
         if name not in attributes:
             return np.broadcast_to(np.array(missing), (count, len(missing)))
         found = accessors.values(attributes[name], kind)
-        return accessors.scaled(attributes[name], found).astype(np.float64)
+        with np.errstate(invalid="ignore"):  # what is not a number is cleaning's to report
+            return accessors.scaled(attributes[name], found).astype(np.float64)
 
     return compose(
         values("TRANSLATION", "VEC3", [0, 0, 0]),
@@ -135,17 +138,15 @@ def compose(translations: FloatArray, rotations: FloatArray, scales: FloatArray)
     return matrices
 
 
-def _numbers(node: Json, key: str, missing: FloatArray) -> FloatArray:
-    """List of numbers of a node, as long as the one for where it is missing."""
-    values: Any = node.get(key)
-    if values is None:
-        return missing
+def _numbers(nodes: list[Json], key: str, missing: list[float]) -> FloatArray:
+    """Lists of numbers of nodes (n, length), each as long as the one for where it is missing."""
+    values: list[Any] = [missing if node.get(key) is None else node[key] for node in nodes]
     try:
         found = np.array(values, dtype=np.float64)
     except (ValueError, TypeError, OverflowError):
         found = np.zeros(0)
-    if found.shape != missing.shape:
+    if nodes and found.shape != (len(nodes), len(missing)):
         raise InvalidMeshError(
             f"a node of the glTF file has a {key} that is no list of {len(missing)} numbers"
         )
-    return found
+    return found.reshape(len(nodes), len(missing))
