@@ -55,7 +55,7 @@ def fuzz(
     findings.mkdir(parents=True, exist_ok=True)
     write_seeds(list(files), corpus)
     words = folder / "words.dict"
-    words.write_text(dictionary(list(files)))
+    words.write_text(dictionary(list(files)) or '"none"\n')  # libFuzzer ends over an empty one
     counts: Counter[str] = Counter()
     unnamed: Counter[str] = Counter()
     start = time.monotonic()

@@ -28,11 +28,12 @@ from workers.geometry.cleaning import clean
 LIMITS = MeshLimits(vertices=20_000, faces=40_000, unpacked=1 << 18)
 SLOWEST_SECONDS = 2.0
 MEMORY_FACTOR = 20
-MEMORY_FLOOR = 8 << 20
-"""Bytes: `LIMITS` lets a small file unpack to more than 20 times its size, but not to this."""
+MEMORY_FLOOR = 16 << 20
+"""Bytes: `LIMITS` lets a small file unpack to more than 20 times its size, but not to this. The
+dictionary of an xz stream takes 8 MB alone."""
 CLEANED_FACES = 2000
 SAVED_EVERY = 500
-UNNAMED = "the file is damaged and cannot be read as"
+UNNAMED = "the file is damaged and cannot be read"
 
 
 class Account:

@@ -1,5 +1,6 @@
 """Bytes to a mesh: the one entrance for everything that is uploaded."""
 
+import lzma
 import struct
 import zipfile
 import zlib
@@ -63,6 +64,7 @@ DEFAULT_LIMITS = MeshLimits()
 DAMAGED = (
     *(ValueError, LookupError, TypeError, AttributeError, ArithmeticError, RuntimeError),
     *(EOFError, MemoryError, struct.error, zipfile.BadZipFile, zlib.error),
+    lzma.LZMAError,
 )
 
 
@@ -118,16 +120,16 @@ def parse(data: bytes, *, filename: str = "", limits: MeshLimits = DEFAULT_LIMIT
     UploadTooLargeError
         Over the limits.
     """
-    data, filename = unwrap(data, filename, limits)
-    plain = readable(data)
-    name = detect_format(plain.data, filename)
+    name = ""
     try:
+        data, filename = unwrap(data, filename, limits)
+        plain = readable(data)
+        name = detect_format(plain.data, filename)
         reading = READERS[name](plain.data, limits)
     except ProteusError:
         raise
     except DAMAGED as error:  # whatever damage a reader stumbled over without naming it
-        raise InvalidMeshError(
-            f"the file is damaged and cannot be read as {name.upper()}"
-        ) from error
+        known = f" as {name.upper()}" if name else ""
+        raise InvalidMeshError(f"the file is damaged and cannot be read{known}") from error
     up: Axis = reading.up or ("z" if name in UPRIGHT_Z else "y")
     return ParsedMesh(reading.mesh, name, up, plain.repairs + reading.repairs, reading.found)

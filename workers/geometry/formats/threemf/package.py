@@ -1,8 +1,11 @@
 """3MF: a zip of XML parts; objects, components and the build's transforms."""
 
 import io
+import lzma
 import re
+import struct
 import zipfile
+import zlib
 from collections import Counter
 from dataclasses import dataclass, field
 
@@ -20,6 +23,11 @@ from workers.geometry.formats.zip_parts import ZipParts, part_name
 RELATIONSHIPS = "_rels/.rels"
 USUAL_ROOT = "3d/3dmodel.model"
 LARGEST_RELATIONSHIPS = 1 << 16  # bytes
+UNREADABLE = (
+    *(zipfile.BadZipFile, zlib.error, lzma.LZMAError, struct.error, OSError, EOFError),
+    *(ValueError, LookupError, RuntimeError, OverflowError),
+)
+"""What Python raises of damaged archives; what a part is compressed with is up to the file."""
 UNCOUNTED = ("materials", "colours", "slices", "volume data")
 
 
@@ -45,7 +53,7 @@ def is_3mf(data: bytes) -> bool:
                 return False
             with archive.open(names[RELATIONSHIPS]) as stream:
                 return b"/3dmodel" in stream.read(LARGEST_RELATIONSHIPS)
-    except (zipfile.BadZipFile, ValueError, RuntimeError, OverflowError, OSError, EOFError):
+    except UNREADABLE:
         return False
 
 
