@@ -10,7 +10,6 @@ from tests.formats.kinds import BODY, Facts, kind, refused
 
 POSITIONS = BODY.vertices.astype("<f4")
 INDICES = BODY.faces.astype("<u4").ravel()
-THREE = Facts(area=3 * BODY.area, components=3, vertices=3 * BODY.n_vertices)
 
 
 def parts(builder: Builder) -> tuple[bytes, bytes]:

@@ -1,7 +1,6 @@
 """The JSON part of a glTF file, read so that no content of it can do harm."""
 
 import json
-from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
 
@@ -211,22 +210,6 @@ def natural(item: Json, key: str) -> int:
     if isinstance(value, bool) or not isinstance(value, int) or not 0 <= value < LARGEST_COUNT:
         raise InvalidMeshError(f"'{key}' of the glTF file is {_short(value)}; expected a count")
     return value
-
-
-def once(sentences: Iterable[str]) -> tuple[str, ...]:
-    """Leave out sentences that were said before.
-
-    Parameters
-    ----------
-    sentences : iterable of str
-        In any number.
-
-    Returns
-    -------
-    tuple of str
-        Each once, in the order in which they came first.
-    """
-    return tuple(dict.fromkeys(sentences))
 
 
 def _short(value: Any) -> str:
