@@ -56,7 +56,7 @@ class Decoder(Protocol):
 
 
 class _Gzip:
-    """One member of a gzip file, or a raw deflate stream, with the interface of the others."""
+    """One member of a gzip file, with the interface of the others."""
 
     def __init__(self, window: int = 31) -> None:
         self._zlib = zlib.decompressobj(window)
@@ -83,6 +83,13 @@ def _xz() -> Decoder:
 
 def _lzma() -> Decoder:
     return lzma.LZMADecompressor(lzma.FORMAT_ALONE, memlimit=LARGEST_DICTIONARY)
+
+
+class RawDeflate(_Gzip):
+    """A deflate stream without a header, as zip archives have it."""
+
+    def __init__(self) -> None:
+        super().__init__(-15)
 
 
 DECODERS: Mapping[str, Callable[[], Decoder]] = MappingProxyType(
