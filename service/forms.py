@@ -1,9 +1,7 @@
-"""Texts of a form as values, and whether a file is an archive of meshes."""
+"""Texts of a form as values."""
 
 import json
-import struct
-from collections.abc import Iterator, Mapping
-from pathlib import Path
+from collections.abc import Mapping
 from typing import Any, TypeVar
 
 from pydantic import ValidationError
@@ -13,12 +11,6 @@ from service.schemas.text import Body
 from workers.errors import InvalidRequestError
 
 Fields = TypeVar("Fields", bound=Body)
-
-LOCAL_ENTRY, NO_ENTRY = b"PK\x03\x04", b"PK\x05\x06"
-DIRECTORY_ENTRY = struct.Struct("<4s24xHHH12x")
-DIRECTORY_END = struct.Struct("<4s8xII2x")
-LOOKED_AT_END = 65_535 + 22
-LOOKED_AT_DIRECTORY = 1 << 20
 
 
 def read_fields(
@@ -58,37 +50,3 @@ def _read_json(name: str, text: str) -> Any:
         ) from None
     except (ValueError, RecursionError):
         raise InvalidRequestError(f"{name} is no JSON that can be read") from None
-
-
-def is_archive(path: Path) -> bool:
-    """Whether a file is a zip archive, other than 3MF, which is one with a model inside.
-
-    One whose directory cannot be read counts as an archive: unpacking it will say why.
-    """
-    with path.open("rb") as file:
-        if file.read(4) not in {LOCAL_ENTRY, NO_ENTRY}:
-            return False
-    return not any(name.lower().endswith(b".model") for name in _directory_names(path))
-
-
-def _directory_names(path: Path) -> Iterator[bytes]:
-    """Names in a zip's directory, of which a bounded part is read."""
-    size = path.stat().st_size
-    with path.open("rb") as file:
-        file.seek(max(0, size - LOOKED_AT_END))
-        tail = file.read()
-        end = tail.rfind(NO_ENTRY)
-        if end < 0 or len(tail) - end < DIRECTORY_END.size:
-            return
-        _, length, start = DIRECTORY_END.unpack_from(tail, end)
-        if start + length > size:
-            return
-        file.seek(start)
-        directory = file.read(min(length, LOOKED_AT_DIRECTORY))
-    place = 0
-    while place + 46 <= len(directory):
-        mark, name, extra, comment = DIRECTORY_ENTRY.unpack_from(directory, place)
-        if mark != b"PK\x01\x02":
-            return
-        yield directory[place + 46 : place + 46 + name]
-        place += 46 + name + extra + comment

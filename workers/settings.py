@@ -75,9 +75,13 @@ class Settings(BaseSettings):
     max_files: int = Field(1000, ge=1, description="files in one request")
     max_vertices: int = Field(2_000_000, ge=100, description="vertices of one mesh")
     max_faces: int = Field(4_000_000, ge=100, description="faces of one mesh")
-    max_zip_entries: int = Field(20_000, ge=1, description="entries of one zip archive")
-    max_zip_bytes: int = Field(8192 * MEBIBYTE, ge=1024, description="unpacked bytes of one zip")
-    max_zip_ratio: int = Field(200, ge=2, description="unpacked by packed bytes of a zip entry")
+    max_zip_entries: int = Field(20_000, ge=1, description="entries of one archive")
+    max_zip_bytes: int = Field(
+        8192 * MEBIBYTE, ge=1024, description="unpacked bytes of one archive"
+    )
+    max_zip_ratio: int = Field(
+        200, ge=2, description="unpacked by packed bytes of an archive, and of an entry"
+    )
 
     lease_seconds: float = Field(30.0, gt=0, description="how long a claimed part stays claimed")
     sweep_seconds: float = Field(5.0, gt=0, description="pause between two rounds of the sweeper")

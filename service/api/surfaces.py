@@ -14,6 +14,8 @@ from service.search.kernels import OF_MODEL, ChosenKernel, choose_kernel, first_
 from service.security import READS
 from workers.errors import BlobNotFoundError
 from workers.geometry.formats import write
+from workers.geometry.formats.containers import is_wrapped
+from workers.geometry.formats.naming import inner_name
 from workers.geometry.preparation import View
 from workers.pipeline.fields import vertex_eigenfunction, vertex_signature
 from workers.storage.blobs import mesh_key, thumbnail_key
@@ -84,9 +86,24 @@ def mesh(
             data = write(load_cleaned(services.blobs, stored.sha256), form)
     except BlobNotFoundError:
         raise stored.absence from None
-    kind = stored.format or "" if original else form
-    name = stored.name if original else f"{PurePosixPath(stored.name).stem}.{form}"
+    kind = form if not original else _kind_of(data, stored.format)
+    name = _original_name(stored, data) if original else f"{_stem(stored.name)}.{form}"
     return file_response(data, media_type=MEDIA_TYPES.get(kind, BYTES), tag=tag, name=name)
+
+
+def _kind_of(data: bytes, format: str | None) -> str:
+    """Return what the bytes are: a mesh of its format, or a compressed file that holds one."""
+    return "" if format is None or is_wrapped(data) else format
+
+
+def _original_name(stored: StoredMesh, data: bytes) -> str:
+    """Return the name of the stored file; a .gltf that was joined with its files is a GLB."""
+    joined = stored.name.lower().endswith(".gltf") and data.startswith(b"glTF")
+    return f"{_stem(stored.name)}.glb" if joined else stored.name
+
+
+def _stem(name: str) -> str:
+    return PurePosixPath(inner_name(name)).stem
 
 
 @of_both.get("/spectrum", summary="Show the spectrum", responses=problems(404, 409, 422))

@@ -8,8 +8,8 @@ from fastapi.concurrency import run_in_threadpool
 
 from service.api.answers import describe_job
 from service.dependencies import CollectionPath, Services, ServicesDep, UploadFolder, Wait
-from service.forms import is_archive, read_fields
-from service.multipart import FormLimits, ReceivedFile, ReceivedForm, receive_form
+from service.forms import read_fields
+from service.multipart import FormLimits, ReceivedForm, receive_form
 from service.openapi import job_answers, multipart_body, problems
 from service.received_blobs import keep_received, store_received
 from service.schemas.jobs import answer_job
@@ -18,6 +18,7 @@ from service.security import WRITES
 from service.waiting import hold_on
 from workers.errors import InvalidRequestError
 from workers.geometry.formats.naming import read_name
+from workers.pipeline.received import Received, sort_received
 from workers.pipeline.upload_plan import Upload, shapes_of_job, store_upload
 from workers.storage.blobs import archive_key, mesh_key
 from workers.storage.collections import get_collection
@@ -28,10 +29,17 @@ FORM = {
         "type": "array",
         "minItems": 1,
         "items": {"type": "string", "format": "binary"},
-        "description": "meshes (OFF, OBJ, PLY, STL, GLB, glTF, 3MF) and zip archives of meshes",
+        "description": "meshes of any format that is read, compressed (gz, bz2, xz) or not, "
+        "archives of them (zip, tar, tar.gz, tar.bz2, tar.xz), and the files that a glTF file "
+        "refers to; a file's name may have folders",
     },
     "label": {"type": "string", "maxLength": 255, "description": "of all of them"},
     "metadata": {"type": "object", "description": "as JSON, at most 16 KiB, of all"},
+    "labels_from_folders": {
+        "type": "boolean",
+        "default": True,
+        "description": "whether the folder of a file is its label, where its name gives none",
+    },
 }
 router = APIRouter(prefix="/v1/collections", tags=["shapes"])
 
@@ -54,7 +62,7 @@ async def _receive(
     await run_in_threadpool(_require_collection, services, collection)
     limits = FormLimits(
         file_fields=frozenset({"files"}),
-        text_fields=frozenset({"label", "metadata"}),
+        text_fields=frozenset(UploadFields.model_fields),
         max_files=services.settings.max_files,
         max_file_bytes=services.settings.max_upload_bytes,
     )
@@ -78,12 +86,14 @@ async def upload(
     response: Response,
     wait: Wait = 0,
 ) -> UploadAnswer:
-    """Store meshes and compute them. A file that is no mesh fails; the others go on.
+    """Store meshes and compute them. A mesh that cannot be read fails; the others go on.
 
-    A file named `<label>.<transformation>.<strength>.<ending>` says these three; a folder in the
-    name, or in a zip, is the label; the field `label` wins. The shapes of a zip appear while the
-    job goes on. The same bytes again are the same shape, and nothing is computed twice; work that
-    was cancelled or lost is queued again.
+    A file named `<label>.<transformation>.<strength>.<ending>` says these three; otherwise the last
+    folder of its name, or of its place in an archive, is the label; the field `label` wins. All
+    folders are kept as the shape's `path`. Pictures, texts and other files beside meshes are
+    skipped and named in the job. A glTF file and the files that it refers to are one shape. The
+    shapes of an archive appear while the job goes on. The same bytes again are the same shape, and
+    nothing is computed twice; work that was cancelled or lost is queued again.
     """
     accepted = await run_in_threadpool(_accept, services, collection, form)
     job = await hold_on(services.database, accepted.job_id, wait)
@@ -97,16 +107,18 @@ def _accept(services: Services, collection: str, form: ReceivedForm) -> Accepted
     fields = read_fields(UploadFields, form.fields, as_json=frozenset({"metadata"}))
     if not form.files:
         raise InvalidRequestError("the form has no files, expected at least one named 'files'")
-    archives = [file for file in form.files if is_archive(file.path)]
-    meshes = [file for file in form.files if file not in archives]
-    files = {archive_key(file.sha256): file.path for file in archives}
-    files |= {mesh_key(file.sha256): file.path for file in meshes}
+    received = [Received(file.name, file.path, file.sha256, file.size) for file in form.files]
+    found = sort_received(received, services.settings)
+    files = {archive_key(file.sha256): file.path for file in found.archives}
+    files |= {mesh_key(file.sha256): file.path for file in found.meshes}
     store_received(services.blobs, files)
     upload = Upload(
-        shapes=tuple(_new_shape(file, fields) for file in meshes),
-        archives={file.sha256: read_name(file.name).name for file in archives},
+        shapes=tuple(_new_shape(file, fields) for file in found.meshes),
+        archives={file.sha256: read_name(file.name).name for file in found.archives},
         label=fields.label,
         attributes=fields.metadata or {},
+        folder_is_label=fields.labels_from_folders,
+        skipped=found.skipped,
     )
     with services.database.begin() as session:
         row = get_collection(session, collection)
@@ -117,13 +129,13 @@ def _accept(services: Services, collection: str, form: ReceivedForm) -> Accepted
         collection_id=row.id,
         job_id=stored.job.id,
         shape_ids=stored.shape_ids,
-        has_archives=bool(archives),
+        has_archives=bool(found.archives),
         anything_new=bool(stored.parts),
     )
 
 
-def _new_shape(file: ReceivedFile, fields: UploadFields) -> NewShape:
-    named = read_name(file.name)
+def _new_shape(file: Received, fields: UploadFields) -> NewShape:
+    named = read_name(file.name, folder_is_label=fields.labels_from_folders)
     return NewShape(
         sha256=file.sha256,
         n_bytes=file.size,

@@ -103,6 +103,7 @@ class UploadFields(Body):
 
     label: Label | None = None
     metadata: Metadata | None = None
+    labels_from_folders: bool = True
 
 
 class UploadAnswer(Answer):

@@ -10,10 +10,10 @@ from concurrent.futures import ThreadPoolExecutor
 import pytest
 from sqlalchemy import func, select
 
-from service.forms import is_archive
 from tests.meshes import tetrahedron
 from tests.service.conftest import Start
 from tests.service.running import DIE, EGG, GEM, SOLVED, Api, Json
+from workers.geometry.formats.containers import archive_kind
 from workers.storage.models import Part, Shape
 
 PATH = "/v1/collections/zoo/shapes"
@@ -216,7 +216,8 @@ def test_archives_are_told_by_their_directory(tmp_path_factory: pytest.TempPathF
     }
     for content, expected in cases.items():
         path.write_bytes(content)
-        assert is_archive(path) is expected
+        with path.open("rb") as file:
+            assert (archive_kind(file, "file") is not None) is expected
 
 
 @pytest.mark.parametrize(

@@ -34,8 +34,9 @@ def unpack_part(
     filename: str,
     label: str | None,
     attributes: Mapping[str, Any],
+    folder_is_label: bool = True,
 ) -> NewPart:
-    """Make shapes of an uploaded zip's entries, each with a part of its own.
+    """Make shapes of an uploaded archive's entries, each with a part of its own.
 
     Parameters
     ----------
@@ -49,6 +50,8 @@ def unpack_part(
         Label of all shapes; without one the entries' names give it.
     attributes : mapping of str
         Attributes of all shapes.
+    folder_is_label : bool
+        Whether the folder of an entry is its label, where its name gives none.
 
     Returns
     -------
@@ -61,34 +64,29 @@ def unpack_part(
         "filename": filename,
         "label": label,
         "attributes": dict(attributes),
+        "folder_is_label": folder_is_label,
     }
     return NewPart("unpack", LIGHT, payload, weight=0)
 
 
-def entry_parts(archive: Mapping[str, Any], entries: int, entries_a_part: int) -> list[NewPart]:
+def entry_parts(archive: Mapping[str, Any], ranges: Sequence[tuple[int, int]]) -> list[NewPart]:
     """Unpack a long archive, some entries a part.
 
     Parameters
     ----------
     archive : mapping of str
         Payload of the part that unpacks the whole archive.
-    entries : int
-        How many entries it has, see `workers.pipeline.archives.count_entries`.
-    entries_a_part : int
-        At most so many in one part.
+    ranges : sequence of (int, int)
+        Place of the first entry of each part, and of the one after its last.
 
     Returns
     -------
     list of NewPart
+        In the order of the archive.
     """
     return [
-        NewPart(
-            "unpack",
-            LIGHT,
-            {**archive, "start": start, "stop": min(start + entries_a_part, entries)},
-            weight=0,
-        )
-        for start in range(0, entries, entries_a_part)
+        NewPart("unpack", LIGHT, {**archive, "start": start, "stop": stop}, weight=0)
+        for start, stop in ranges
     ]
 
 

@@ -8,7 +8,7 @@ from sqlalchemy import select, update
 from sqlalchemy.orm import Session
 
 from workers.pipeline.part_kinds import ingest_part, unpack_part
-from workers.storage.jobs import MAX_ERRORS, OPEN, create_job
+from workers.storage.jobs import MAX_ERRORS, OPEN, Skipped, create_job, note_skipped
 from workers.storage.models import Collection, Job, Part, Shape
 from workers.storage.shapes import NewShape, create_shape
 
@@ -28,17 +28,23 @@ class Upload:
     shapes : tuple of NewShape
         One a mesh, in the order of the files.
     archives : Mapping
-        Names of zip files by the sha256 of their content.
+        Names of archives by the sha256 of their content.
     label : str or None
         Of all shapes that come out of archives.
     attributes : Mapping
         Metadata of all shapes that come out of archives.
+    folder_is_label : bool
+        Whether folders within archives are labels.
+    skipped : sequence of Skipped
+        Files beside the meshes that are left alone.
     """
 
     shapes: tuple[NewShape, ...]
     archives: Mapping[str, str]
     label: str | None
     attributes: Mapping[str, Any]
+    folder_is_label: bool = True
+    skipped: Sequence[Skipped] = ()
 
 
 @dataclass(frozen=True)
@@ -92,6 +98,7 @@ def store_upload(session: Session, collection: Collection, upload: Upload) -> St
                 filename=filename,
                 label=upload.label,
                 attributes=dict(upload.attributes),
+                folder_is_label=upload.folder_is_label,
             )
         )
     at_work = None if parts else _job_at_work(session, known)
@@ -105,6 +112,7 @@ def store_upload(session: Session, collection: Collection, upload: Upload) -> St
         done=len(known),
         collection=collection.name,
     )
+    note_skipped(job, upload.skipped)
     _name_failed(session, job, known, only=not parts)
     session.execute(update(Shape).where(Shape.id.in_([*new, *again])).values(job_id=job.id))
     return StoredUpload(job, rows, list(ids))
@@ -172,7 +180,7 @@ def _name_failed(session: Session, job: Job, shape_ids: Sequence[str], *, only: 
     """Name in the job those shapes that failed earlier, with the same reason."""
     failed = select(Shape).where(Shape.id.in_(shape_ids), Shape.error.is_not(None))
     errors = [
-        {"item": shape.name, **shape.error}
+        {"item": shape.path, **shape.error}
         for shape in session.scalars(failed.order_by(Shape.id))
         if shape.error is not None
     ]
