@@ -156,7 +156,7 @@ class Client:
             time.sleep(pause)
             pause = min(pause * 1.7, LONGEST_PAUSE_SECONDS)
 
-    def get(self, path: str, **params: Any) -> Document:
+    def get(self, path: str, /, **params: Any) -> Document:
         """Return the JSON object at a path."""
         return json_object(self.request("GET", path, params=params))
 
@@ -164,7 +164,7 @@ class Client:
         """Send a JSON object to a path, and return the JSON object that answers it."""
         return json_object(self.request("POST", path, json=body))
 
-    def pages(self, path: str, *, limit: int | None = None, **params: Any) -> Iterator[Document]:
+    def pages(self, path: str, /, *, limit: int | None = None, **params: Any) -> Iterator[Document]:
         """Iterate over the items of a paged list, at most ``limit`` of them."""
         left = limit
         cursor: str | None = None

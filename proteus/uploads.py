@@ -54,10 +54,16 @@ class UploadResult:
         The jobs, as they were last seen.
     errors : list of dict
         ``item``, ``type`` and ``detail`` of each file or shape that failed.
+    skipped : list of dict
+        ``item`` and ``detail`` of files that are no meshes, as far as the jobs name them.
+    skipped_count : int
+        How many those are.
     """
 
     jobs: list[Document] = field(default_factory=list)
     errors: list[Document] = field(default_factory=list)
+    skipped: list[Document] = field(default_factory=list)
+    skipped_count: int = 0
 
     def summary(self, collection: str, n_files: int) -> Document:
         """Return the document that ``--json`` prints."""
@@ -68,6 +74,8 @@ class UploadResult:
             "files": n_files,
             "shapes": max(done - failed, 0),
             "errors": self.errors,
+            "skipped": self.skipped,
+            "skipped_count": self.skipped_count,
             "jobs": [job["id"] for job in self.jobs],
         }
 
@@ -79,6 +87,7 @@ def upload_files(
     files: Sequence[UploadFile],
     *,
     wait: bool = True,
+    labels_from_folders: bool = True,
 ) -> UploadResult:
     """Send files in batches, and wait for their jobs, with a progress bar for each of both."""
     client.patience_seconds = max(client.patience_seconds, PATIENCE_SECONDS)
@@ -88,7 +97,8 @@ def upload_files(
         TextColumn("{task.fields[text]}"), TimeElapsedColumn(),
     )  # fmt: skip
     with Progress(*columns, console=output.messages, disable=output.as_json) as bars:
-        work = _Upload(client, collection, bars, n_files=len(files))
+        fields = {} if labels_from_folders else {"labels_from_folders": "false"}
+        work = _Upload(client, collection, bars, n_files=len(files), fields=fields)
         work.send(files)
         if wait:
             work.wait()
@@ -98,20 +108,23 @@ def upload_files(
 class _Upload:
     """An upload that is going on: the files sent, the jobs they became, their progress."""
 
-    def __init__(self, client: Client, collection: str, bars: Progress, *, n_files: int) -> None:
+    def __init__(
+        self, client: Client, collection: str, bars: Progress, *, n_files: int, fields: Document
+    ) -> None:
         self._client = client
         self._path = f"/v1/collections/{collection}/shapes"
         self._bars = bars
         self._watches: list[JobWatch] = []
         self._errors: list[Document] = []
         self._unsent = n_files
+        self._fields = fields
         self._sent_bar: TaskID = bars.add_task("sending", total=1, text="")
         self._done_bar: TaskID = bars.add_task("computing", total=n_files, text="")
         self._next_poll = 0.0
 
     def send(self, files: Sequence[UploadFile]) -> None:
         """Send all files, and poll the jobs in between."""
-        total = sum(file.size for file in files)
+        total = sum(file.sent_size for file in files)
         text = f"{len(files)} files, {total / 1e6:.1f} MB"
         self._bars.update(self._sent_bar, total=max(total, 1), text=text)
         for batch in make_batches(files):
@@ -128,7 +141,7 @@ class _Upload:
                 raise
             if len(batch) == 1:
                 problem = {"type": error.problem.get("type"), "detail": str(error)}
-                self._errors.append({"item": batch[0].path.name, **problem})
+                self._errors.append({"item": batch[0].sent_name, **problem})
                 self._unsent -= 1
                 return
             for half in (batch[: len(batch) // 2], batch[len(batch) // 2 :]):
@@ -143,11 +156,12 @@ class _Upload:
             self._bars.advance(self._sent_bar, count)
 
         with contextlib.ExitStack() as stack:
+            once = {(one.sent_name, one.path): one for file in batch for one in (file, *file.needs)}
             parts = [
-                ("files", (file.path.name, stack.enter_context(CountingFile(file.path, advance))))
-                for file in batch
+                ("files", (file.sent_name, stack.enter_context(CountingFile(file.path, advance))))
+                for file in once.values()
             ]
-            data = {"label": batch[0].label} if batch[0].label else {}
+            data = self._fields | ({"label": batch[0].label} if batch[0].label else {})
             answer = self._client.request("POST", self._path, data=data, files=parts)
             return json_object(answer)
 
@@ -186,4 +200,6 @@ class _Upload:
             if job["state"] in {"failed", "cancelled"} and not job["errors"]
         ]
         named = [error for job in jobs for error in job["errors"]]
-        return UploadResult(jobs, [*self._errors, *named, *unnamed])
+        skipped = [one for job in jobs for one in job.get("skipped", ())]
+        count = sum(job.get("skipped_count", 0) for job in jobs)
+        return UploadResult(jobs, [*self._errors, *named, *unnamed], skipped, count)

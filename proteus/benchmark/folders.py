@@ -5,7 +5,7 @@ from collections.abc import Iterable
 from pathlib import Path
 
 from proteus.benchmark.sources import MeshFile, mesh_file
-from proteus.files import find_files
+from proteus.files import find_files, is_archive_name
 from workers.errors import InvalidRequestError
 from workers.geometry.formats.naming import read_name
 
@@ -15,7 +15,8 @@ MARKS = ("reference", "null")
 
 def mesh_files(folder: Path) -> list[Path]:
     """Return the mesh files below a folder, in order of their paths; archives are not opened."""
-    return [file.path for file in find_files([folder]) if file.path.suffix.lower() != ".zip"]
+    paths = [file.path for file in find_files([folder]).files]
+    return [path for path in paths if not is_archive_name(path)]
 
 
 def clean_label(text: str) -> str:

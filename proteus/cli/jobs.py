@@ -62,15 +62,17 @@ def _table(found: list[Document]) -> Table | str:
 
 
 def _show(session: Session, job: Document) -> None:
-    session.output.show(job, facts_table(job, leave_out=["errors"]))
+    session.output.show(job, facts_table(job, leave_out=["errors", "skipped"]))
     if job["errors"]:
         session.output.table(errors_table(job["errors"], title="errors"))
+    if job.get("skipped"):
+        session.output.table(errors_table(job["skipped"], title="skipped"))
 
 
 @app.command("show")
 @connected
 def show_job(session: Session, identifier: IdArgument) -> None:
-    """Show one job and its errors."""
+    """Show one job, its errors, and the files that it skipped."""
     _show(session, session.client.get(f"/v1/jobs/{identifier}"))
 
 

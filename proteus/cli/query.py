@@ -13,16 +13,17 @@ from rich.table import Table
 
 from proteus.cli.connection import Session, connected
 from proteus.client import Client, Document, json_object
+from proteus.files import content_with_needs
 from proteus.jobs import JobWatch
 from proteus.terminal.output import CommandError
 from proteus.terminal.tables import cell, make_table
 from proteus.terminal.waiting import PATIENCE_SECONDS, require_success
 
 WAIT_SECONDS = 30
-TEXT_FIELDS = frozenset({"label", "name", "transformation"})
+TEXT_FIELDS = frozenset({"label", "name", "path", "transformation"})
 BOUNDS = {">=": "gte", "<=": "lte", ">": "gt", "<": "lt"}
 _CONDITION = re.compile(
-    r"(?P<field>label|name|transformation|strength|metadata\.[^=!<>]+)"
+    r"(?P<field>label|name|path|transformation|strength|metadata\.[^=!<>]+)"
     r"(?P<sign>!=|>=|<=|=|<|>)(?P<value>.*)"
 )
 
@@ -55,6 +56,9 @@ def query(
             help="label=cat, label=cat,dog, label!=cat, metadata.age>=3. Repeatable.",
         ),
     ] = None,
+    path: Annotated[
+        str, typer.Option(help="Search only what lay in this folder, or below it: models/animals.")
+    ] = "",
     include_self: Annotated[
         bool, typer.Option(help="Allow a stored shape to find itself.")
     ] = False,
@@ -65,9 +69,13 @@ def query(
     options: Document = {"limit": limit}
     options |= {"model": model} if model else {}
     options |= {"dissimilarity": dissimilarity} if dissimilarity else {}
-    options |= {"filter": parse_filters(filters)} if filters else {}
+    wanted = parse_filters(filters or [])
+    if path:
+        wanted["must"] = [*wanted.get("must", []), {"field": "path", "under": path}]
+    options |= {"filter": wanted} if wanted else {}
     if mesh is not None:
-        result = query_by_mesh(session.client, collection, mesh.name, mesh.read_bytes(), options)
+        content = content_with_needs(mesh)
+        result = query_by_mesh(session.client, collection, mesh.name, content, options)
     else:
         body = {**options, "shape_id": shape, "include_self": include_self}
         path = f"/v1/collections/{collection}/query"
@@ -126,7 +134,7 @@ def parse_filters(conditions: Sequence[str]) -> Document:
             raise CommandError(
                 f"--filter {condition!r} is not understood; expected FIELD=VALUE, "
                 "FIELD=VALUE,VALUE, FIELD!=VALUE, FIELD>=VALUE (or <=, <, >), where FIELD is "
-                "label, name, transformation, strength or metadata.NAME"
+                "label, name, path, transformation, strength or metadata.NAME"
             )
         field, sign = match["field"], match["sign"]
         values = [_value(field, text) for text in match["value"].split(",")]
@@ -154,8 +162,11 @@ def matches_table(result: Document, *, own: str = "", title: str | None = None) 
     """Return the matches as a table; shapes whose name begins with ``own`` get a tick."""
     numbers = ("rank", "distance", "similarity")
     found = f"{len(result['matches'])} of {result['searched']} shapes, {result['took_ms']:.1f} ms"
+    shapes = [match["shape"] for match in result["matches"]]
+    is_shown = not own and any(shape["path"] != shape["name"] for shape in shapes)
+    in_folders = ["path"] if is_shown else []
     table = make_table(
-        "rank", "name", "label", "distance", "similarity", *([""] if own else ["id"]),
+        "rank", "name", *in_folders, "label", "distance", "similarity", *([""] if own else ["id"]),
         title=title or f"{escape(result['collection'])}, model {escape(result['model'])}: {found}",
         numbers=numbers,
     )  # fmt: skip
@@ -163,7 +174,8 @@ def matches_table(result: Document, *, own: str = "", title: str | None = None) 
         shape = match["shape"]
         tick = "[green]✓[/]" if own and str(shape["name"]).startswith(own) else ""
         table.add_row(
-            str(match["rank"]), cell(shape["name"]), cell(shape["label"]),
+            str(match["rank"]), cell(shape["name"]), *(cell(shape[name]) for name in in_folders),
+            cell(shape["label"]),
             f"{match['distance']:.5g}", f"{match['similarity']:.3f}",
             tick if own else cell(shape["id"]),
         )  # fmt: skip

@@ -54,11 +54,14 @@ def list_shapes(
     label: Annotated[str, typer.Option(help="Only with this label.")] = "",
     transformation: Annotated[str, typer.Option(help="Only with this transformation.")] = "",
     name: Annotated[str, typer.Option(help="Only with this name.")] = "",
+    path: Annotated[
+        str, typer.Option(help="Only what lay in this folder, or below it: models/animals.")
+    ] = "",
     state: Annotated[ShapeState | None, typer.Option(help="Only in this state.")] = None,
     limit: Annotated[int, typer.Option("--limit", "-n", min=1, help="Most shapes to list.")] = 100,
 ) -> None:
     """List the shapes of a collection."""
-    chosen = {"label": label, "transformation": transformation, "name": name}
+    chosen = {"label": label, "transformation": transformation, "name": name, "path": path}
     found = list(
         session.client.pages(
             f"/v1/collections/{collection}/shapes",
@@ -73,11 +76,14 @@ def list_shapes(
 def _table(found: list[Document]) -> Table | str:
     if not found:
         return "No such shapes."
-    table = make_table("id", "name", "label", "state", *COUNTS, "error", numbers=COUNTS)
+    in_folders = ["path"] if any(shape["path"] != shape["name"] for shape in found) else []
+    columns = ["id", "name", *in_folders, "label", "state", *COUNTS, "error"]
+    table = make_table(*columns, numbers=COUNTS)
     for shape in found:
         error = (shape["error"] or {}).get("detail")
         table.add_row(
-            cell(shape["id"]), cell(shape["name"]), cell(shape["label"]),
+            cell(shape["id"]), cell(shape["name"]), *(cell(shape[name]) for name in in_folders),
+            cell(shape["label"]),
             state_cell(shape["state"]),
             cell(shape["n_vertices"]), cell(shape["n_faces"]), cell(error),
         )  # fmt: skip

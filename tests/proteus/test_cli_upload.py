@@ -1,4 +1,6 @@
+import io
 import json
+import zipfile
 from pathlib import Path
 
 import pytest
@@ -6,7 +8,7 @@ import pytest
 from proteus.cli.query import parse_filters
 from proteus.files import CountingFile, UploadFile, find_files, make_batches
 from proteus.terminal.output import CommandError
-from tests.meshes import bumpy_sphere, scaled
+from tests.meshes import bumpy_sphere, gltf_with_buffer, scaled
 from tests.proteus.conftest import MOST_BYTES, Run
 from tests.proteus.real_service import Fault, RealService
 from tests.service.running import off
@@ -15,9 +17,19 @@ from workers.geometry.formats import write
 FORMATS = ("off", "obj", "ply", "stl")
 
 
+def zipped(files: dict[str, bytes]) -> bytes:
+    buffer = io.BytesIO()
+    with zipfile.ZipFile(buffer, "w", zipfile.ZIP_DEFLATED) as archive:
+        for name, content in files.items():
+            archive.writestr(name, content)
+    return buffer.getvalue()
+
+
 def content_of(name: str) -> bytes:
     """A mesh of the format that the name has, unlike any other's; a text where it has none."""
     form = name.rpartition(".")[2].lower()
+    if form == "zip":
+        return zipped({"cats/1.off": off(bumpy_sphere(1, seed=3))})
     if form not in FORMATS:
         return f"content of {name}".encode()
     return write(bumpy_sphere(2, seed=len(name)), form)
@@ -29,8 +41,7 @@ def tree(tmp_path: Path) -> Path:
     names = [
         "poses/cat/cat-01.ply", "poses/cat/cat-02.OFF", "poses/dog/old/dog-01.obj",
         "poses/.hidden/x.ply", "poses/cat/readme.txt", "poses/cat/.x.ply",
-        "objects/boat.stl", "objects/all.zip", "objects/holes/cat.holes.3.off",
-        "objects/more/some.zip",
+        "objects/boat.stl", "objects/holes/cat.holes.3.off", "objects/zips/all.zip",
     ]  # fmt: skip
     for name in names:
         path = tmp_path / name
@@ -43,27 +54,28 @@ def _labels(files: list[UploadFile]) -> dict[str, str]:
     return {file.path.name: file.label for file in files}
 
 
-def test_labels_are_the_parent_folders(tree: Path) -> None:
-    assert _labels(find_files([tree / "poses", tree / "objects"])) == {
-        "cat-01.ply": "cat",
-        "cat-02.OFF": "cat",
-        "dog-01.obj": "old",
-        "boat.stl": "",  # directly in a given folder
-        "all.zip": "",
-        "some.zip": "",  # its own folders are labels
-        "cat.holes.3.off": "",  # its name says it
-    }
+def test_names_have_the_folders_from_the_given_one_on(tree: Path) -> None:
+    found = find_files([tree / "poses", tree / "objects"])
+    assert [file.sent_name for file in found.files] == [
+        "poses/cat/cat-01.ply",
+        "poses/cat/cat-02.OFF",
+        "poses/dog/old/dog-01.obj",
+        "objects/boat.stl",
+        "objects/holes/cat.holes.3.off",
+        "objects/zips/all.zip",
+    ]
+    assert found.skipped == [("poses/cat/readme.txt", "text")]
 
 
-def test_given_label_wins_and_folders_can_be_ignored(tree: Path) -> None:
-    assert set(_labels(find_files([tree], label="thing")).values()) == {"thing"}
-    assert set(_labels(find_files([tree], labels_from_folders=False)).values()) == {""}
+def test_only_a_given_label_is_sent(tree: Path) -> None:
+    assert set(_labels(find_files([tree], label="thing").files).values()) == {"thing"}
+    assert set(_labels(find_files([tree]).files).values()) == {""}
 
 
 def test_named_file_is_taken_whatever_its_ending_and_once(tree: Path) -> None:
     readme = tree / "poses/cat/readme.txt"
     cat = tree / "poses/cat/cat-01.ply"
-    found = find_files([readme, cat, cat, tree / "poses/cat"])
+    found = find_files([readme, cat, cat, tree / "poses/cat"]).files
     assert [file.path.name for file in found] == ["readme.txt", "cat-01.ply", "cat-02.OFF"]
     assert {file.label for file in found} == {""}
 
@@ -128,7 +140,7 @@ def test_refused_file_does_not_keep_back_the_others(
     sent = sorted(shape["name"] for shape in shapes)
     assert sent == ["cat-01.ply", "cat-02.OFF", "dog-01.obj"]
     errors = json.loads(result.stdout)["errors"]
-    assert [error["item"] for error in errors] == ["cat-00.ply"]
+    assert [error["item"] for error in errors] == ["poses/cat/cat-00.ply"]
     assert str(MOST_BYTES) in errors[0]["detail"].replace(",", "")
 
 
@@ -144,6 +156,60 @@ def test_upload_is_repeated_after_a_broken_connection_and_counts_once(
     assert content in first.body
     assert content in second.body
     assert json.loads(run("collections", "show", "broken", "--json").stdout)["shape_count"] == 1
+
+
+def test_a_folder_its_archive_and_its_files_give_the_same_paths_and_labels(
+    run: Run, tree: Path
+) -> None:
+    files = {
+        str(path.relative_to(tree)): path.read_bytes()
+        for path in sorted((tree / "poses").rglob("*"))
+        if path.is_file()
+    }
+    archive = tree / "poses.zip"
+    archive.write_bytes(zipped(files))
+    found = []
+    for collection, path in (("folder", tree / "poses"), ("archive", archive)):
+        result = run("upload", path, "-c", collection)
+        assert result.exit_code == 0, result.output
+        assert "skipped (" in result.stderr
+        listed = run("shapes", "list", "-c", collection, "--path", "poses", "--json")
+        shapes = json.loads(listed.stdout)
+        found.append(sorted((shape["path"], shape["name"], shape["label"]) for shape in shapes))
+    assert found[0] == found[1]
+    assert [shape[0] for shape in found[0]] == [
+        "poses/cat/cat-01.ply", "poses/cat/cat-02.OFF", "poses/dog/old/dog-01.obj",
+    ]  # fmt: skip
+    assert [shape[2] for shape in found[0]] == ["cat", "cat", "old"]
+    some = run("shapes", "list", "-c", "archive", "--path", "poses/cat")
+    assert "poses/cat/cat-01.ply" in some.stdout
+    assert "dog-01" not in some.stdout
+    plain = run("upload", tree / "poses", "-c", "plain", "--no-labels-from-folders", "-v")
+    assert "readme.txt" in plain.stdout
+    assert "1 file skipped (1 text)" in plain.stderr
+    shapes = json.loads(run("shapes", "list", "-c", "plain", "--json").stdout)
+    assert {shape["label"] for shape in shapes} == {None}
+
+
+def test_a_gltf_file_goes_with_the_files_that_it_refers_to(
+    run: Run, service: RealService, tmp_path: Path
+) -> None:
+    document, binary = gltf_with_buffer(bumpy_sphere(2, seed=17))
+    folder = tmp_path / "model"
+    (folder / "textures").mkdir(parents=True)
+    (folder / "scene.gltf").write_bytes(document)
+    (folder / "scene.bin").write_bytes(binary)
+    (folder / "textures/skin.png").write_bytes(b"\x89PNG")
+    result = run("upload", folder, "-c", "scenes", "--json")
+    assert result.exit_code == 0, result.output
+    assert json.loads(result.stdout)["skipped"] == [
+        {"item": "model/textures/skin.png", "detail": "picture"}
+    ]
+    (shape,) = json.loads(run("shapes", "list", "-c", "scenes", "--json").stdout)
+    assert (shape["path"], shape["format"]) == ("model/scene.gltf", "glb")
+    asked = run("query", folder / "scene.gltf", "-c", "scenes", "--path", "model", "--json")
+    (match,) = json.loads(asked.stdout)["matches"]
+    assert match["distance"] == 0
 
 
 def test_folder_without_meshes_is_named(run: Run, tmp_path: Path) -> None:
