@@ -5,13 +5,15 @@ from dataclasses import dataclass
 import numpy as np
 
 from workers.errors import InvalidMeshError
-from workers.geometry.arrays import BoolArray, FloatArray, IntArray
+from workers.geometry.arrays import FloatArray, IntArray
+from workers.geometry.degenerate import degenerate_faces
 from workers.geometry.fragments import without_debris
 from workers.geometry.mesh import TriangleMesh
+from workers.geometry.seams import sew
 from workers.geometry.strays import without_strays, without_unreferenced
 
 MERGE_DISTANCE = 1e-9  # of the bounding box's diagonal
-THINNEST_FACE = 1e-6  # height over longest edge; cotangents beyond its inverse drown in rounding
+MOST_PASSES = 20
 FEWEST_FACES = 4  # a closed surface has no fewer
 VERTICES = ("vertex", "vertices")
 FACES = ("face", "faces")
@@ -40,7 +42,8 @@ def clean(mesh: TriangleMesh) -> CleanedMesh:
 
     Drops unreferenced vertices, leaves out strays (faces at vertices that are not finite or
     absurdly far away), merges vertices that lie on each other, drops faces without
-    area, repeated faces (of either winding) and debris, see `without_debris`.
+    area and repeated faces (of either winding), closes seams between open edges, see `sew`, and
+    drops debris, see `without_debris`.
 
     Parameters
     ----------
@@ -60,6 +63,18 @@ def clean(mesh: TriangleMesh) -> CleanedMesh:
     """
     _require_sound(mesh)
     repairs: list[str] = []
+    for _ in range(MOST_PASSES):  # one, where nothing was open; another to find nothing, else
+        cleaned, final = _clean_once(mesh)
+        repairs += cleaned.repairs
+        mesh = cleaned.mesh
+        if final or not cleaned.repairs:
+            break
+    return CleanedMesh(mesh, tuple(repairs))
+
+
+def _clean_once(mesh: TriangleMesh) -> tuple[CleanedMesh, bool]:
+    """One pass of cleaning, and whether it is certain that another would find nothing."""
+    repairs: list[str] = []
     vertices, faces = without_unreferenced(mesh.vertices, mesh.faces)
     _report(repairs, "dropped {} unreferenced {}", mesh.n_vertices - len(vertices), VERTICES)
     vertices, faces, left_out = without_strays(vertices, faces)
@@ -71,10 +86,14 @@ def clean(mesh: TriangleMesh) -> CleanedMesh:
     vertices, faces = vertices[representatives], merged[faces]
 
     scaled = _in_units_of(vertices, extent)
-    kept = faces[~_degenerate(scaled, faces)]
+    kept = faces[~degenerate_faces(scaled, faces)]
     _report(repairs, "dropped {} zero-area {}", len(faces) - len(kept), FACES)
     faces = kept[_first_of_their_kind(kept)]
     _report(repairs, "dropped {} duplicate {}", len(kept) - len(faces), FACES)
+
+    sewn = sew(scaled, faces, extent * float(np.ldexp(1.0, -int(np.frexp(extent)[1]))))
+    faces = sewn.faces
+    repairs += sewn.repairs
 
     if len(faces):
         found = without_debris(TriangleMesh(scaled, faces))
@@ -89,7 +108,8 @@ def clean(mesh: TriangleMesh) -> CleanedMesh:
             f"but a shape needs at least {FEWEST_FACES}"
         )
     unchanged = not repairs
-    return CleanedMesh(mesh if unchanged else TriangleMesh(vertices, faces), tuple(repairs))
+    cleaned = CleanedMesh(mesh if unchanged else TriangleMesh(vertices, faces), tuple(repairs))
+    return cleaned, not sewn.was_open
 
 
 def without_useless_faces(mesh: TriangleMesh) -> TriangleMesh:
@@ -137,7 +157,7 @@ def useful_faces(mesh: TriangleMesh) -> IntArray:
         The mesh has no extent, or one beyond 1e±60.
     """
     extent = _require_extent(mesh.vertices)
-    sound = np.flatnonzero(~_degenerate(_in_units_of(mesh.vertices, extent), mesh.faces))
+    sound = np.flatnonzero(~degenerate_faces(_in_units_of(mesh.vertices, extent), mesh.faces))
     useful: IntArray = sound[_first_of_their_kind(mesh.faces[sound])]
     return useful
 
@@ -209,16 +229,6 @@ def _merged_vertices(vertices: FloatArray, distance: float) -> tuple[IntArray, I
     rank = np.empty(n_groups, dtype=np.int64)
     rank[np.argsort(first)] = np.arange(n_groups)
     return rank[group], representatives
-
-
-def _degenerate(vertices: FloatArray, faces: IntArray) -> BoolArray:
-    """Which faces (m,) are points, segments or needles; vertices in units of the extent."""
-    corners = vertices[faces]  # (m, 3, 3)
-    sides = np.roll(corners, -1, axis=1) - corners  # (m, 3, 3)
-    longest = (sides**2).sum(axis=2).max(axis=1)  # (m,), squared
-    doubled_area = np.linalg.norm(np.cross(sides[:, 0], sides[:, 1]), axis=1)  # (m,)
-    degenerate: BoolArray = doubled_area <= THINNEST_FACE * longest  # a point has 0 ≤ 0
-    return degenerate
 
 
 def _first_of_their_kind(faces: IntArray) -> IntArray:
