@@ -139,7 +139,7 @@ def test_links_are_refused_and_archives_within_archives_opened(tmp_path: Path) -
 
 
 def test_too_many_entries_or_bytes_refuse_the_whole(tmp_path: Path) -> None:
-    with pytest.raises(UploadTooLargeError, match="11 entries, allowed are 10"):
+    with pytest.raises(UploadTooLargeError, match="more entries than the 10"):
         read(write_zip(tmp_path, {f"{n}.off": b"" for n in range(11)}))
     with pytest.raises(UploadTooLargeError, match="1200000 bytes"):
         read(write_zip(tmp_path, {f"{n}.off": bytes(200_000) for n in range(6)}))
@@ -451,3 +451,17 @@ def test_an_archive_of_one_mesh_is_read_as_this_mesh() -> None:
         parse(zipped({"a.png": b"", "b.jpg": b"", "c.txt": b""}))
     with pytest.raises(InvalidMeshError, match="the archive is empty"):
         parse(zipped({}))
+
+
+def test_formats_that_are_zip_archives_are_no_archives() -> None:
+    amf = b'<?xml version="1.0"?><amf unit="millimeter"></amf>'
+    cases = {
+        "a.amf": (zipped({"a.amf": amf}), None),
+        "b.zip": (zipped({"a.amf": amf, "b.off": OFF}), "zip"),
+        "c.3mf": (zipped({"3D/3dmodel.model": b"<model/>"}), None),
+        "d.docx": (zipped({"word/document.xml": b"<w/>"}), None),
+        "e.usdz": (zipped({"scene.usdc": b"PXR-USDC"}), None),
+        "f.bin": (zipped({"a.off": OFF}), "zip"),
+    }
+    for name, (data, kind) in cases.items():
+        assert archive_kind(io.BytesIO(data), name) == kind, name

@@ -2,6 +2,7 @@
 
 import io
 import shutil
+import tarfile
 import zipfile
 from collections.abc import Callable, Mapping
 from functools import partial
@@ -71,6 +72,27 @@ def unpack_by_parts(bench: Workbench) -> None:
     unpack(bench)
 
 
+def unpack_tar_by_parts(bench: Workbench) -> None:
+    """A compressed tar archive with an archive in it, and files that are skipped."""
+    inner = io.BytesIO()
+    with zipfile.ZipFile(inner, "w") as archive:
+        archive.writestr("cats/a.off", pea(1))
+        archive.writestr("cats/a.png", b"")
+    files = {"in.zip": inner.getvalue(), "read.me": b"x", "b.off": pea(2), "../c.off": pea(3)}
+    buffer = io.BytesIO()
+    with tarfile.open(fileobj=buffer, mode="w:gz") as tar:
+        for name, data in files.items():
+            info = tarfile.TarInfo(name)
+            info.size = len(data)
+            tar.addfile(info, io.BytesIO(data))
+    digest = sha256(buffer.getvalue()).hexdigest()
+    bench.blobs.put(archive_key(digest), buffer.getvalue())
+    with bench.database.begin() as session:
+        row = get_collection(session, "zoo")
+        part = unpack_part(row.id, digest, filename="a.tgz", label=None, attributes={})
+        create_job(session, kind="ingest", unit="shapes", parts=[part])
+
+
 def query(bench: Workbench) -> None:
     digest = sha256(pea(1)).hexdigest()
     bench.blobs.put(mesh_key(digest), pea(1))
@@ -115,6 +137,7 @@ PREPARATIONS: Mapping[Callable[[Workbench], None], Mapping[str, Verb]] = {
     ingest: VERBS,
     unpack: UNSOLVED,
     unpack_by_parts: {**UNSOLVED, "unpack": partial(unpack_archive, entries_a_part=2)},
+    unpack_tar_by_parts: {**UNSOLVED, "unpack": partial(unpack_archive, entries_a_part=2)},
     query: VERBS,
     activate: VERBS,
     evaluate: VERBS,

@@ -15,9 +15,9 @@ from workers.geometry.formats.containers.judging import (
 )
 from workers.geometry.formats.containers.members import Archive, ArchiveLimits, Member
 from workers.geometry.formats.containers.opening import Spool, archive_kind, open_archive
+from workers.geometry.formats.detect import EXPECTED
 
 TOO_DEEP = "an archive within an archive within an archive: unpack it before uploading"
-EXPECTED = "expected OFF, OBJ, PLY, STL, GLB, glTF, 3MF or another mesh"
 
 
 @dataclass(frozen=True)

@@ -17,7 +17,7 @@ from workers.geometry.formats.encodings import readable
 from workers.geometry.formats.naming import inner_name
 from workers.geometry.formats.refusals import refusal
 
-MESH_ENDINGS = frozenset({*ENDINGS, "amf", "vtk", "vtp", "gii"})
+MESH_ENDINGS = frozenset({*ENDINGS, "amf", "dae", "vtk", "vtp", "gii", "msh", "mesh"})
 """A file of such an ending is tried, and fails with its reason."""
 
 ARCHIVE_ENDINGS = frozenset({"zip", "tar", "tgz", "tbz", "tbz2", "txz", "tlz"})

@@ -179,7 +179,7 @@ def check_whole(
     """
     if entries > limits.entries:
         raise UploadTooLargeError(
-            f"the archive has {entries} entries, allowed are {limits.entries}"
+            f"the archive has more entries than the {limits.entries} that are allowed"
         )
     total = sum(member.size for member in members)
     if total > limits.unpacked:

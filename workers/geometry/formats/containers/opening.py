@@ -5,6 +5,7 @@ from collections.abc import Callable
 from typing import BinaryIO
 
 from workers.errors import ProteusError, UploadTooLargeError
+from workers.geometry.formats.amf import is_amf
 from workers.geometry.formats.containers.clutter import ending_of
 from workers.geometry.formats.containers.compression import (
     HEAD,
@@ -19,6 +20,7 @@ from workers.geometry.formats.containers.zip_directory import END, LOCAL, read_d
 from workers.geometry.formats.refusals import refused_content
 
 LOOKED_AT = 1 << 13
+NAMES_LOOKED_AT = 4096
 SPANNED = b"PK\x07\x08PK\x03\x04"  # an archive that was to be split, and was not
 _DOCUMENTS = "docx xlsx pptx odt ods odp epub jar apk usdz fcstd f3d f3z 3dxml sketch kra ora npz"
 ZIPPED_DOCUMENTS = frozenset(_DOCUMENTS.split())
@@ -111,10 +113,13 @@ def _is_zip_of_files(file: BinaryIO, head: bytes, filename: str) -> bool:
     if refused_content(head + file.read(), filename):
         return False
     try:
-        entries = read_directory(file, ArchiveLimits(entries=1 << 17))
+        entries = read_directory(file, ArchiveLimits(entries=NAMES_LOOKED_AT))
     except ProteusError:
         return True
     names = [entry.path.lower() for entry in entries if not entry.is_folder]
     if any(name.endswith(".model") for name in names):
         return False
-    return not (len(names) == 1 and names[0].endswith(".amf"))
+    if not any(name.endswith(".amf") for name in names):
+        return True
+    file.seek(0)
+    return not is_amf(file.read())

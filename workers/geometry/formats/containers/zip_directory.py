@@ -8,6 +8,7 @@ import struct
 import zlib
 from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import islice
 from typing import BinaryIO
 
 from workers.errors import UploadTooLargeError
@@ -57,7 +58,7 @@ def read_directory(file: BinaryIO, limits: ArchiveLimits) -> list[ZipEntry]:
     Returns
     -------
     list of ZipEntry
-        Files and folders in the order of the directory.
+        Files and folders in the order of the directory; one more than the limit at most.
 
     Raises
     ------
@@ -73,7 +74,7 @@ def read_directory(file: BinaryIO, limits: ArchiveLimits) -> list[ZipEntry]:
             f"the archive's directory has {length} bytes, allowed are {allowed}"
         )
     file.seek(start)
-    return list(_entries(file.read(length), shift))
+    return list(islice(_entries(file.read(length), shift), limits.entries + 1))
 
 
 def _find_directory(file: BinaryIO) -> tuple[int, int, int]:
