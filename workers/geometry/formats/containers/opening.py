@@ -18,6 +18,7 @@ from workers.geometry.formats.containers.tar_archive import BLOCK, TarArchive, i
 from workers.geometry.formats.containers.zip_archive import ZipArchive
 from workers.geometry.formats.containers.zip_directory import END, LOCAL, read_directory
 from workers.geometry.formats.refusals import refused_content
+from workers.geometry.formats.threemf import is_3mf
 
 LOOKED_AT = 1 << 13
 NAMES_LOOKED_AT = 4096
@@ -119,7 +120,8 @@ def _is_zip_of_files(file: BinaryIO, head: bytes, filename: str) -> bool:
     names = [entry.path.lower() for entry in entries if not entry.is_folder]
     if any(name.endswith(".model") for name in names):
         return False
-    if not any(name.endswith(".amf") for name in names):
+    if not any(name.endswith((".amf", ".rels")) for name in names):
         return True
     file.seek(0)
-    return not is_amf(file.read())
+    data = file.read()
+    return not (is_amf(data) or is_3mf(data))
