@@ -1,5 +1,6 @@
 """Files that fuzzing found, or that were thought of meanwhile: each took too long, or worse."""
 
+import contextlib
 import io
 import time
 import zipfile
@@ -11,14 +12,35 @@ from workers.geometry.formats import parse
 from workers.geometry.formats.encodings import readable
 
 BYTE_ORDER_MARK = b"\xef\xbb\xbf"
+SLOW = {
+    "byte order marks alone": BYTE_ORDER_MARK * (1 << 20),  # grew with the square
+    "a line of number signs": b"# " * 30 + b"\n",  # doubled with each of them
+}
+REPEATED = (
+    *(b"#", b"# ", b"##\n", b" ", b"\n", b"\r", b"<!--", b"<?", b"<a>", b"<a ", b"P 1", b"1"),
+    *(b"1 ", b"1.", b"-", b"e", b"a ", b"OFF", b"N", b"solid ", b"facet ", b"end ", b'"', b"{"),
+    *(b"[", b"//", b";", b"(", b"G1 X1 ", b"v 1 1 1\n", b"f 1 1 1\n", b"\\\n", b"\\ ", b"/", b"&"),
+    *(b"comment ", b"property ", b"<!DOCTYPE ", b",", b"=", b"\0", b"\xff", b"$", b"nan ", b"1#"),
+    *(b"Vertices\n", b"$Comments\n", b"element vertex 1\n", b"vertex 1 1 1 "),
+)
 
 
-@pytest.mark.parametrize("data", [BYTE_ORDER_MARK * (1 << 20)], ids=["byte order marks alone"])
+@pytest.mark.parametrize("data", SLOW.values(), ids=SLOW.keys())
 def test_what_took_too_long_is_fast(data: bytes) -> None:
     start = time.process_time()
     with pytest.raises(ProteusError):
         parse(data)
-    assert time.process_time() - start < 2.0  # it was minutes, and grew with the square
+    assert time.process_time() - start < 2.0
+
+
+@pytest.mark.parametrize("head", [b"", b"ply\n", b"OFF\n", b"solid a\n", b"<?xml ?>", b"#"])
+@pytest.mark.parametrize("piece", REPEATED)
+def test_one_piece_repeated_is_read_or_refused_fast(head: bytes, piece: bytes) -> None:
+    data = head + piece * ((1 << 15) // len(piece))
+    start = time.process_time()
+    with contextlib.suppress(ProteusError):
+        parse(data)
+    assert time.process_time() - start < 2.0
 
 
 @pytest.mark.parametrize("count", [1, 2, 7])

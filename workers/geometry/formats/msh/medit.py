@@ -23,7 +23,7 @@ from workers.geometry.formats.reading import Reading
 from workers.geometry.formats.tokens import Polygons, floats, integers, quoted
 
 COMMENT = re.compile(rb"#[^\r\n]*")
-START = re.compile(rb"\s*(?:#[^\r\n]*\s*)*MeshVersionFormatted\b", re.IGNORECASE)
+START = re.compile(rb"\s*+(?:#[^\r\n]*+\s*+)*+MeshVersionFormatted\b", re.IGNORECASE)
 KEYWORD = re.compile(rb"(?<!\S)(?!nan|inf)[A-Z]\w*", re.IGNORECASE)
 CELLS = {
     **{"triangles": (TRIANGLE, 3, 3), "quadrilaterals": (QUAD, 4, 4), "quads": (QUAD, 4, 4)},
