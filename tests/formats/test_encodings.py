@@ -8,7 +8,7 @@ import pytest
 
 from tests.meshes import bumpy_sphere
 from workers.geometry.formats import WRITTEN_FORMATS, detect_format, parse, write
-from workers.geometry.formats.encodings import readable
+from workers.geometry.formats.text.encodings import readable
 
 WIDE = ["utf-16", "utf-16-le", "utf-16-be", "utf-32", "utf-32-le", "utf-32-be"]
 

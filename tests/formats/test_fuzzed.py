@@ -9,7 +9,7 @@ import pytest
 
 from workers.errors import ProteusError
 from workers.geometry.formats import parse
-from workers.geometry.formats.encodings import readable
+from workers.geometry.formats.text.encodings import readable
 
 BYTE_ORDER_MARK = b"\xef\xbb\xbf"
 SLOW = {

@@ -14,7 +14,7 @@ from tests.formats.ply_files import STRIPS, header, points, polygons, text, tria
 from workers.errors import InvalidMeshError, ProteusError
 from workers.geometry.formats import parse, write
 from workers.geometry.formats.ply.strips import cut_strips
-from workers.geometry.formats.tokens import Polygons
+from workers.geometry.formats.text.tokens import Polygons
 
 SQUARE = ["0 0 0", "1 0 0", "1 1 0", "0 1 0", "2 0 0"]
 

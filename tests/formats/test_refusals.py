@@ -8,7 +8,7 @@ from tests.formats.every_kind import every_kind
 from tests.formats.kinds import BODY
 from tests.formats.refused_files import FILES, PLACEHOLDERS
 from workers.geometry.formats import WRITTEN_FORMATS, parse, write
-from workers.geometry.formats.refusals import refusal
+from workers.geometry.formats.refusals.refusal import refusal
 
 
 @pytest.mark.parametrize("file", [*FILES, *PLACEHOLDERS], ids=lambda file: file[0])

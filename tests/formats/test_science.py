@@ -16,10 +16,15 @@ from tests.formats.kinds import BODY
 from tests.formats.vtk_builders import TETRAHEDRA, WITH_MIDDLE, Xml, binary_body, points, text
 from workers.errors import InvalidMeshError, ProteusError, UploadTooLargeError
 from workers.geometry.formats import MeshLimits, parse
-from workers.geometry.formats.cells import Cells, cells_of_one_type, join_cells, surface_of_cells
 from workers.geometry.formats.msh.elements import NODES
-from workers.geometry.formats.records import counted_polygons, record_starts
-from workers.geometry.formats.tokens import Polygons
+from workers.geometry.formats.rows.records import counted_polygons, record_starts
+from workers.geometry.formats.surfaces.cells import (
+    Cells,
+    cells_of_one_type,
+    join_cells,
+    surface_of_cells,
+)
+from workers.geometry.formats.text.tokens import Polygons
 from workers.geometry.mesh import TriangleMesh
 from workers.geometry.topology import boundary_loops
 
@@ -204,7 +209,7 @@ def test_counted_polygons_are_those_written(rows: list[list[int]], limit: int) -
 
 
 def test_records_go_on_from_one_piece_to_the_next(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("workers.geometry.formats.records.LOOKED_AT_ONCE", 4)
+    monkeypatch.setattr("workers.geometry.formats.rows.records.LOOKED_AT_ONCE", 4)
     starts, end = record_starts(np.full(23, 5), 99)
     assert (starts.tolist(), end) == ([0, 5, 10, 15, 20], 25)
 

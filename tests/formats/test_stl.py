@@ -12,7 +12,7 @@ from tests.meshes import bumpy_sphere
 from workers.errors import InvalidMeshError, ProteusError
 from workers.geometry.cleaning import clean
 from workers.geometry.formats import detect_format, parse, write
-from workers.geometry.formats.numerals import respelled, with_decimal_points
+from workers.geometry.formats.text.numerals import respelled, with_decimal_points
 from workers.geometry.mesh import TriangleMesh
 
 EXPECTED = parse(BINARY).mesh.vertices

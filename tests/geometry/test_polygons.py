@@ -11,8 +11,8 @@ from numpy.testing import assert_allclose, assert_array_equal
 from tests.meshes import random_rotation
 from workers.geometry.arrays import FloatArray, IntArray
 from workers.geometry.formats import parse
-from workers.geometry.formats.tokens import Polygons
-from workers.geometry.formats.triangulation import triangulate
+from workers.geometry.formats.surfaces.triangulation import triangulate
+from workers.geometry.formats.text.tokens import Polygons
 from workers.geometry.mesh import TriangleMesh
 
 

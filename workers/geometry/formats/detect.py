@@ -3,15 +3,15 @@
 import re
 
 from workers.errors import InvalidMeshError, UnsupportedFormatError
-from workers.geometry.formats.amf import is_amf
-from workers.geometry.formats.encodings import readable
+from workers.geometry.formats.amf.package import is_amf
 from workers.geometry.formats.gltf import is_glb, is_gltf
 from workers.geometry.formats.obj import is_obj
 from workers.geometry.formats.off import begins_with_counts, is_off
 from workers.geometry.formats.ply import is_ply
-from workers.geometry.formats.refusals import refused_content, refused_ending
+from workers.geometry.formats.refusals.refusal import refused_content, refused_ending
 from workers.geometry.formats.signs import by_sign, by_sign_of_text
 from workers.geometry.formats.stl import is_binary_stl, is_text_stl
+from workers.geometry.formats.text.encodings import readable
 from workers.geometry.formats.threemf import is_3mf
 
 LOOKED_AT = 1 << 16  # bytes of text from the beginning

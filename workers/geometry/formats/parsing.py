@@ -10,7 +10,7 @@ from types import MappingProxyType
 from typing import Literal
 
 from workers.errors import InvalidMeshError, ProteusError
-from workers.geometry.formats.amf import read_amf
+from workers.geometry.formats.amf.package import read_amf
 from workers.geometry.formats.brains import (
     read_brainvisa,
     read_freesurfer,
@@ -21,7 +21,6 @@ from workers.geometry.formats.brains import (
 from workers.geometry.formats.collada import read_collada
 from workers.geometry.formats.containers import unwrap
 from workers.geometry.formats.detect import detect_format
-from workers.geometry.formats.encodings import readable
 from workers.geometry.formats.gltf import read_gltf
 from workers.geometry.formats.limits import MeshLimits
 from workers.geometry.formats.msh import read_medit, read_msh
@@ -30,6 +29,7 @@ from workers.geometry.formats.off import read_off
 from workers.geometry.formats.ply import read_ply
 from workers.geometry.formats.reading import Reading
 from workers.geometry.formats.stl import read_stl
+from workers.geometry.formats.text.encodings import readable
 from workers.geometry.formats.threemf import read_3mf
 from workers.geometry.formats.vtk import read_legacy_vtk, read_vtk_xml
 from workers.geometry.mesh import TriangleMesh

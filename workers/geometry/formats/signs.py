@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 
-from workers.geometry.formats.amf import is_amf
+from workers.geometry.formats.amf.package import is_amf
 from workers.geometry.formats.brains import (
     is_brainvisa,
     is_freesurfer,

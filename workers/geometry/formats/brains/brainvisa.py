@@ -8,10 +8,10 @@ import numpy as np
 from workers.errors import InvalidMeshError, UnsupportedFormatError
 from workers.geometry.arrays import FloatArray, IntArray
 from workers.geometry.formats.limits import MeshLimits, check_length
-from workers.geometry.formats.polygons import polygon_mesh
 from workers.geometry.formats.reading import Reading
-from workers.geometry.formats.records import as_floats
-from workers.geometry.formats.tokens import Polygons, floats, integral
+from workers.geometry.formats.rows.records import as_floats
+from workers.geometry.formats.surfaces.polygons import polygon_mesh
+from workers.geometry.formats.text.tokens import Polygons, floats, integral
 
 TEXT = re.compile(rb"\s*ascii\s+VOID\s+([\d\s]*)", re.IGNORECASE)
 BINARY = re.compile(rb"binar(ABCD|DCBA)")

@@ -8,9 +8,9 @@ import numpy as np
 from workers.errors import InvalidMeshError, UnsupportedFormatError
 from workers.geometry.arrays import FloatArray, IntArray
 from workers.geometry.formats.limits import MeshLimits, check_length
-from workers.geometry.formats.polygons import require_faces, require_indices
 from workers.geometry.formats.reading import Reading
-from workers.geometry.formats.records import as_floats
+from workers.geometry.formats.rows.records import as_floats
+from workers.geometry.formats.surfaces.polygons import require_faces, require_indices
 from workers.geometry.mesh import TriangleMesh
 
 TRIANGLES, QUADS, FLOAT_QUADS = b"\xff\xff\xfe", b"\xff\xff\xff", b"\xff\xff\xfd"

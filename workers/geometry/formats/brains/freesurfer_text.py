@@ -6,9 +6,9 @@ import numpy as np
 
 from workers.errors import InvalidMeshError, UnsupportedFormatError
 from workers.geometry.formats.limits import MeshLimits, check_length
-from workers.geometry.formats.polygons import require_faces, require_indices
 from workers.geometry.formats.reading import Reading
-from workers.geometry.formats.tokens import floats, integral, quoted
+from workers.geometry.formats.surfaces.polygons import require_faces, require_indices
+from workers.geometry.formats.text.tokens import floats, integral, quoted
 from workers.geometry.mesh import TriangleMesh
 
 COMMENTS = re.compile(rb"\s*(?:#[^\r\n]*[\r\n]+\s*)*")

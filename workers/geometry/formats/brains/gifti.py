@@ -10,12 +10,12 @@ from numpy.typing import NDArray
 from workers.errors import InvalidMeshError, UnsupportedFormatError
 from workers.geometry.arrays import FloatArray, IntArray
 from workers.geometry.formats.limits import MeshLimits
-from workers.geometry.formats.polygons import require_faces, require_indices
 from workers.geometry.formats.reading import Reading
-from workers.geometry.formats.records import as_floats
-from workers.geometry.formats.tokens import floats, integral, quoted
-from workers.geometry.formats.unpacking import Allowance, decode_base64, unpack_zlib
-from workers.geometry.formats.xml_stream import read_xml
+from workers.geometry.formats.rows.records import as_floats
+from workers.geometry.formats.surfaces.polygons import require_faces, require_indices
+from workers.geometry.formats.text.tokens import floats, integral, quoted
+from workers.geometry.formats.unpacking.encoded import Allowance, decode_base64, unpack_zlib
+from workers.geometry.formats.xml.stream import read_xml
 from workers.geometry.mesh import TriangleMesh
 
 ROOT = re.compile(rb"<(?:\w+:)?GIFTI\b")

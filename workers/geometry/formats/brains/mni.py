@@ -6,10 +6,10 @@ import numpy as np
 
 from workers.errors import InvalidMeshError
 from workers.geometry.formats.limits import MeshLimits, check_length
-from workers.geometry.formats.polygons import polygon_mesh
 from workers.geometry.formats.reading import Reading
-from workers.geometry.formats.records import polygons_by_offsets
-from workers.geometry.formats.tokens import floats, integral
+from workers.geometry.formats.rows.records import polygons_by_offsets
+from workers.geometry.formats.surfaces.polygons import polygon_mesh
+from workers.geometry.formats.text.tokens import floats, integral
 
 NUMBER = rb"[-+]?(?:\d+\.?\d*|\.\d+)(?:e[-+]?\d+)?"
 START = re.compile(rb"\s*P(?:\s+" + NUMBER + rb"){5}\s+\d+\s", re.IGNORECASE)

@@ -12,7 +12,7 @@ from workers.geometry.formats.collada.content import (
     Source,
 )
 from workers.geometry.formats.collada.transforms import TRANSFORMS, matrix_of
-from workers.geometry.formats.xml_feed import as_floats, attribute, local
+from workers.geometry.formats.xml.feed import as_floats, attribute, local
 
 PRIMITIVES = ("triangles", "polylist", "polygons", "tristrips", "trifans")
 SKIPPED = frozenset(

@@ -10,11 +10,11 @@ from workers.geometry.formats.collada.content import Content, Node
 from workers.geometry.formats.collada.document import Document
 from workers.geometry.formats.collada.surfaces import Surfaces
 from workers.geometry.formats.limits import MeshLimits
-from workers.geometry.formats.placing import Placing
-from workers.geometry.formats.polygons import require_faces
 from workers.geometry.formats.reading import Reading
-from workers.geometry.formats.xml_feed import encoding_of, pieces_of, read_xml
-from workers.geometry.formats.xml_root import xml_root
+from workers.geometry.formats.scenes.placing import Placing
+from workers.geometry.formats.surfaces.polygons import require_faces
+from workers.geometry.formats.xml.feed import encoding_of, pieces_of, read_xml
+from workers.geometry.formats.xml.root import xml_root
 
 MOST_INSTANCES = 100_000
 DEEPEST_CONTROLLERS = 8  # a skin over a morph over a geometry

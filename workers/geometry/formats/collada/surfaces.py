@@ -7,9 +7,9 @@ from workers.geometry.arrays import FloatArray, IntArray
 from workers.geometry.formats.collada.content import Content, Geometry, Input, Primitive, Source
 from workers.geometry.formats.collada.holes import cut_with_holes
 from workers.geometry.formats.limits import MeshLimits
-from workers.geometry.formats.polygons import require_indices
-from workers.geometry.formats.tokens import Polygons, floats, integers
-from workers.geometry.formats.triangulation import triangulate
+from workers.geometry.formats.surfaces.polygons import require_indices
+from workers.geometry.formats.surfaces.triangulation import triangulate
+from workers.geometry.formats.text.tokens import Polygons, floats, integers
 
 Surface = tuple[FloatArray, IntArray]
 

@@ -13,9 +13,9 @@ from workers.geometry.formats.containers.clutter import (
 )
 from workers.geometry.formats.containers.compression import HEAD, compression_of, unpacked_head
 from workers.geometry.formats.detect import ENDINGS, detect_format
-from workers.geometry.formats.encodings import readable
 from workers.geometry.formats.naming import inner_name
-from workers.geometry.formats.refusals import refusal
+from workers.geometry.formats.refusals.refusal import refusal
+from workers.geometry.formats.text.encodings import readable
 
 MESH_ENDINGS = frozenset({*ENDINGS, "amf", "dae", "vtk", "vtp", "gii", "msh", "mesh"})
 """A file of such an ending is tried, and fails with its reason."""

@@ -5,7 +5,7 @@ from collections.abc import Callable
 from typing import BinaryIO
 
 from workers.errors import ProteusError, UploadTooLargeError
-from workers.geometry.formats.amf import is_amf
+from workers.geometry.formats.amf.package import is_amf
 from workers.geometry.formats.containers.clutter import ending_of
 from workers.geometry.formats.containers.compression import (
     HEAD,
@@ -17,7 +17,7 @@ from workers.geometry.formats.containers.members import SLACK, Archive, ArchiveL
 from workers.geometry.formats.containers.tar_archive import BLOCK, TarArchive, is_tar
 from workers.geometry.formats.containers.zip_archive import ZipArchive
 from workers.geometry.formats.containers.zip_directory import END, LOCAL, read_directory
-from workers.geometry.formats.refusals import refused_content
+from workers.geometry.formats.refusals.refusal import refused_content
 from workers.geometry.formats.threemf import is_3mf
 
 LOOKED_AT = 1 << 13

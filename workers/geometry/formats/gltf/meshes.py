@@ -15,7 +15,7 @@ from workers.geometry.formats.gltf.buffers import Buffers
 from workers.geometry.formats.gltf.corners import MODES, TRIANGLES, count_triangles, triangles
 from workers.geometry.formats.gltf.document import Json, entries, entry, part
 from workers.geometry.formats.gltf.notes import Notes
-from workers.geometry.formats.polygons import require_indices
+from workers.geometry.formats.surfaces.polygons import require_indices
 
 MOST_PRIMITIVES = 100_000  # all meshes together, each as often as it is shown
 

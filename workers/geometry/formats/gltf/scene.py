@@ -14,8 +14,8 @@ from workers.geometry.formats.gltf.nodes import Nodes, Placement
 from workers.geometry.formats.gltf.notes import Notes
 from workers.geometry.formats.gltf.transforms import count_instances, instance_transforms
 from workers.geometry.formats.limits import MeshLimits
-from workers.geometry.formats.polygons import require_faces
 from workers.geometry.formats.reading import Reading
+from workers.geometry.formats.surfaces.polygons import require_faces
 from workers.geometry.mesh import TriangleMesh
 
 

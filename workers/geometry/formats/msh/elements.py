@@ -4,7 +4,7 @@ import numpy as np
 
 from workers.errors import InvalidMeshError, UnsupportedFormatError
 from workers.geometry.arrays import BoolArray, IntArray
-from workers.geometry.formats.cells import (
+from workers.geometry.formats.surfaces.cells import (
     HEXAHEDRON,
     PYRAMID,
     QUAD,

@@ -6,7 +6,9 @@ import numpy as np
 
 from workers.errors import InvalidMeshError
 from workers.geometry.arrays import FloatArray
-from workers.geometry.formats.cells import (
+from workers.geometry.formats.limits import MeshLimits
+from workers.geometry.formats.reading import Reading
+from workers.geometry.formats.surfaces.cells import (
     HEXAHEDRON,
     PYRAMID,
     QUAD,
@@ -18,9 +20,7 @@ from workers.geometry.formats.cells import (
     join_cells,
     surface_of_cells,
 )
-from workers.geometry.formats.limits import MeshLimits
-from workers.geometry.formats.reading import Reading
-from workers.geometry.formats.tokens import Polygons, floats, integers, quoted
+from workers.geometry.formats.text.tokens import Polygons, floats, integers, quoted
 
 COMMENT = re.compile(rb"#[^\r\n]*")
 START = re.compile(rb"\s*+(?:#[^\r\n]*+\s*+)*+MeshVersionFormatted\b", re.IGNORECASE)

@@ -3,13 +3,13 @@
 import re
 
 from workers.errors import InvalidMeshError
-from workers.geometry.formats.cells import Cells, join_cells, surface_of_cells
 from workers.geometry.formats.limits import MeshLimits
 from workers.geometry.formats.msh import version2, version4
 from workers.geometry.formats.msh.elements import node_indices
 from workers.geometry.formats.msh.sections import read_sections
 from workers.geometry.formats.reading import Reading
-from workers.geometry.formats.tokens import Polygons
+from workers.geometry.formats.surfaces.cells import Cells, join_cells, surface_of_cells
+from workers.geometry.formats.text.tokens import Polygons
 
 START = re.compile(rb"\s*\$(?:MeshFormat|NOD|Comments)\b")
 TEXT = re.compile(rb"\$MeshFormat\s+\S+\s+0\s|\$NOD\b")

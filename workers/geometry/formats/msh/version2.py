@@ -6,12 +6,12 @@ import numpy as np
 
 from workers.errors import InvalidMeshError
 from workers.geometry.arrays import FloatArray, IntArray
-from workers.geometry.formats.cells import Cells
 from workers.geometry.formats.limits import MeshLimits, check_length
 from workers.geometry.formats.msh.elements import elements_by_type, nodes_of_types, require_types
 from workers.geometry.formats.msh.sections import MshFile
-from workers.geometry.formats.records import as_floats, record_starts
-from workers.geometry.formats.tokens import floats, integers, integral, places_in_runs
+from workers.geometry.formats.rows.records import as_floats, record_starts
+from workers.geometry.formats.surfaces.cells import Cells
+from workers.geometry.formats.text.tokens import floats, integers, integral, places_in_runs
 
 COUNT = re.compile(rb"\s*(\d{1,15})[ \t]*\r?\n?")
 SHORTEST_NODE, SHORTEST_ELEMENT = len(b"1 0 0 0\n"), len(b"1 15 0 1\n")

@@ -6,7 +6,6 @@ import numpy as np
 
 from workers.errors import InvalidMeshError
 from workers.geometry.arrays import FloatArray, IntArray
-from workers.geometry.formats.cells import Cells
 from workers.geometry.formats.limits import MeshLimits
 from workers.geometry.formats.msh.elements import (
     elements_by_type,
@@ -14,8 +13,9 @@ from workers.geometry.formats.msh.elements import (
     require_types,
 )
 from workers.geometry.formats.msh.sections import MshFile
-from workers.geometry.formats.records import as_floats
-from workers.geometry.formats.tokens import floats, integral
+from workers.geometry.formats.rows.records import as_floats
+from workers.geometry.formats.surfaces.cells import Cells
+from workers.geometry.formats.text.tokens import floats, integral
 
 
 class Numbers:

@@ -7,11 +7,11 @@ import numpy as np
 from workers.errors import InvalidMeshError, UnsupportedFormatError
 from workers.geometry.arrays import FloatArray
 from workers.geometry.formats.limits import MeshLimits
-from workers.geometry.formats.numerals import with_decimal_points
 from workers.geometry.formats.obj.statements import Statements, read_statements
-from workers.geometry.formats.polygons import polygon_mesh, require_faces, require_indices
 from workers.geometry.formats.reading import Reading
-from workers.geometry.formats.tokens import Polygons, floats, integers
+from workers.geometry.formats.surfaces.polygons import polygon_mesh, require_faces, require_indices
+from workers.geometry.formats.text.numerals import with_decimal_points
+from workers.geometry.formats.text.tokens import Polygons, floats, integers
 
 TEXTURE_AND_NORMAL = re.compile(rb"[/\\][^ \t\n]*")
 COLOURED = 6  # numbers of a vertex x y z r g b; a seventh is a weight or transparency

@@ -4,7 +4,7 @@ import re
 from collections import defaultdict
 from dataclasses import dataclass
 
-from workers.geometry.formats.numerals import without_number_signs
+from workers.geometry.formats.text.numerals import without_number_signs
 
 # Only v and f go on behind a backslash. In other lines it ends a Windows path, and in front of
 # another statement it means nothing.

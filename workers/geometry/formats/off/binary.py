@@ -10,9 +10,9 @@ from workers.errors import InvalidMeshError
 from workers.geometry.formats.limits import MeshLimits
 from workers.geometry.formats.off.keyword import SPACE, Layout
 from workers.geometry.formats.off.rows import LEFT, Body
-from workers.geometry.formats.records import as_floats
-from workers.geometry.formats.tables import Element, Property
-from workers.geometry.formats.walking import read_rows
+from workers.geometry.formats.rows.records import as_floats
+from workers.geometry.formats.rows.tables import Element, Property
+from workers.geometry.formats.rows.walking import read_rows
 
 INTEGER = 4  # bytes
 COUNTS = ("vertices", "faces", "edges")

@@ -4,7 +4,7 @@ import re
 from dataclasses import dataclass
 
 from workers.errors import InvalidMeshError
-from workers.geometry.formats.numbers import without_comments
+from workers.geometry.formats.text.numbers import without_comments
 
 LOOKED_AT = 1 << 16  # bytes
 KEYWORD = re.compile(rb"\s*((?:ST|[CN4n])*OFF)(?=[\s\d]|\Z)")

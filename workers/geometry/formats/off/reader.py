@@ -8,14 +8,14 @@ import numpy as np
 from workers.errors import InvalidMeshError
 from workers.geometry.arrays import FloatArray
 from workers.geometry.formats.limits import MeshLimits, check_length
-from workers.geometry.formats.numbers import NumberText, read_numbers, without_comments
-from workers.geometry.formats.numerals import with_decimal_points
 from workers.geometry.formats.off.binary import read_binary_body
 from workers.geometry.formats.off.keyword import BINARY, Layout, layout_of, read_keyword
 from workers.geometry.formats.off.rows import Body, Counts, read_body
-from workers.geometry.formats.polygons import points_and_lines, polygon_mesh
 from workers.geometry.formats.reading import Reading
-from workers.geometry.formats.tokens import quoted
+from workers.geometry.formats.surfaces.polygons import points_and_lines, polygon_mesh
+from workers.geometry.formats.text.numbers import NumberText, read_numbers, without_comments
+from workers.geometry.formats.text.numerals import with_decimal_points
+from workers.geometry.formats.text.tokens import quoted
 
 SHORTEST_VERTEX, SHORTEST_FACE = len(b"0 0 0\n"), len(b"0\n")
 LARGEST_COUNT = 1e15

@@ -7,11 +7,11 @@ import numpy as np
 
 from workers.errors import InvalidMeshError
 from workers.geometry.arrays import FloatArray, IntArray
-from workers.geometry.formats.numbers import NumberText
 from workers.geometry.formats.off.keyword import Layout
-from workers.geometry.formats.tables import Element, Property
-from workers.geometry.formats.tokens import Polygons, integral, places_in_runs, quoted
-from workers.geometry.formats.walking import read_rows
+from workers.geometry.formats.rows.tables import Element, Property
+from workers.geometry.formats.rows.walking import read_rows
+from workers.geometry.formats.text.numbers import NumberText
+from workers.geometry.formats.text.tokens import Polygons, integral, places_in_runs, quoted
 
 NUMBER_SIZE = 8  # bytes of a float64
 COLOURS = (0, 3, 4, 1)  # numbers after each face that are tried where rows wrap

@@ -4,12 +4,12 @@ import re
 from dataclasses import replace
 
 from workers.errors import InvalidMeshError
-from workers.geometry.formats.numbers import NumberText, read_numbers, without_comments
-from workers.geometry.formats.numerals import with_decimal_points
 from workers.geometry.formats.ply.header import Header
-from workers.geometry.formats.tables import Element, Rows
-from workers.geometry.formats.tokens import quoted
-from workers.geometry.formats.walking import read_rows, rows_at
+from workers.geometry.formats.rows.tables import Element, Rows
+from workers.geometry.formats.rows.walking import read_rows, rows_at
+from workers.geometry.formats.text.numbers import NumberText, read_numbers, without_comments
+from workers.geometry.formats.text.numerals import with_decimal_points
+from workers.geometry.formats.text.tokens import quoted
 
 COMMENT_LINE = re.compile(rb"^[ \t]*(?:comment|obj_info)\b[^\n]*", re.MULTILINE | re.IGNORECASE)
 NUMBER_SIZE = 8  # bytes of a number of a text, once read

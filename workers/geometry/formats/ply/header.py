@@ -5,8 +5,8 @@ from dataclasses import dataclass
 
 from workers.errors import InvalidMeshError
 from workers.geometry.formats.ply.names import ELEMENTS
-from workers.geometry.formats.tables import Element, Property
-from workers.geometry.formats.tokens import quoted
+from workers.geometry.formats.rows.tables import Element, Property
+from workers.geometry.formats.text.tokens import quoted
 
 LONGEST_HEADER = 1 << 20  # bytes
 LONGEST_COUNT = 15  # digits

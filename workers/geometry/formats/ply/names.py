@@ -1,7 +1,7 @@
 """What the names of PLY's elements and properties mean, whoever wrote them."""
 
 from workers.errors import InvalidMeshError
-from workers.geometry.formats.tables import Element
+from workers.geometry.formats.rows.tables import Element
 
 ELEMENTS = {
     "vertex": {"vertex", "vertices", "vertexes", "vert", "verts", "point", "points"},

@@ -9,11 +9,11 @@ from workers.geometry.formats.ply.bodies import read_binary, read_text
 from workers.geometry.formats.ply.header import Header, read_header
 from workers.geometry.formats.ply.names import axes_of, corners_of, holds_splats, what_else
 from workers.geometry.formats.ply.strips import cut_strips
-from workers.geometry.formats.polygons import points_and_lines, polygon_mesh, require_faces
 from workers.geometry.formats.reading import Reading
-from workers.geometry.formats.records import as_floats
-from workers.geometry.formats.tables import Rows
-from workers.geometry.formats.tokens import Polygons
+from workers.geometry.formats.rows.records import as_floats
+from workers.geometry.formats.rows.tables import Rows
+from workers.geometry.formats.surfaces.polygons import points_and_lines, polygon_mesh, require_faces
+from workers.geometry.formats.text.tokens import Polygons
 
 SHORTEST_TEXT_ROW = 2  # a digit and the end of the line
 NEEDED = ("vertex", "face", "tristrips")

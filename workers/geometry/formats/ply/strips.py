@@ -3,7 +3,7 @@
 import numpy as np
 
 from workers.geometry.arrays import IntArray
-from workers.geometry.formats.tokens import Polygons
+from workers.geometry.formats.text.tokens import Polygons
 
 UNSIGNED_ENDS = (0xFF, 0xFFFF, 0xFFFFFFFF)  # -1 where a writer's type has no sign
 

@@ -11,7 +11,6 @@ import numpy as np
 from workers.errors import InvalidMeshError
 from workers.geometry.arrays import FloatArray
 from workers.geometry.formats.limits import MeshLimits
-from workers.geometry.formats.polygons import require_faces
 from workers.geometry.formats.reading import Reading
 from workers.geometry.formats.stl.records import (
     COORDINATES,
@@ -24,6 +23,7 @@ from workers.geometry.formats.stl.records import (
     look_like_triangles,
     walk,
 )
+from workers.geometry.formats.surfaces.polygons import require_faces
 from workers.geometry.mesh import TriangleMesh
 
 NEVER_WRITTEN = 1 << 28  # counts from here on (13 GB) are no counts

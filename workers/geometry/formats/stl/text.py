@@ -10,10 +10,10 @@ import numpy as np
 from workers.errors import InvalidMeshError
 from workers.geometry.arrays import FloatArray
 from workers.geometry.formats.limits import MeshLimits
-from workers.geometry.formats.numerals import with_decimal_points
-from workers.geometry.formats.polygons import polygon_mesh, require_faces
 from workers.geometry.formats.reading import Reading
-from workers.geometry.formats.tokens import Polygons, floats
+from workers.geometry.formats.surfaces.polygons import polygon_mesh, require_faces
+from workers.geometry.formats.text.numerals import with_decimal_points
+from workers.geometry.formats.text.tokens import Polygons, floats
 
 BEGINNING = re.compile(rb"\s*(?:solid\b.*?\bfacet\b|facet\s+normal\b)", re.IGNORECASE | re.DOTALL)
 LOOP = re.compile(rb"\bouter\s+loop\s+vertex\s", re.IGNORECASE)

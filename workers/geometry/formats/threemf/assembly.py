@@ -9,11 +9,11 @@ import numpy as np
 from workers.errors import InvalidMeshError, UnsupportedFormatError
 from workers.geometry.arrays import FloatArray, IntArray
 from workers.geometry.formats.limits import MeshLimits
-from workers.geometry.formats.placing import Placing
-from workers.geometry.formats.polygons import require_faces, require_indices
+from workers.geometry.formats.scenes.placing import Placing
+from workers.geometry.formats.surfaces.polygons import require_faces, require_indices
 from workers.geometry.formats.threemf.model_part import Model3MF, Object3MF, Reference
 from workers.geometry.formats.threemf.project import Asides
-from workers.geometry.formats.zip_parts import part_name
+from workers.geometry.formats.unpacking.zip_parts import part_name
 from workers.geometry.mesh import TriangleMesh
 
 DEEPEST_NESTING = 16  # components within components

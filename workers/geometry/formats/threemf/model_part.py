@@ -8,7 +8,7 @@ import numpy as np
 
 from workers.errors import InvalidMeshError
 from workers.geometry.arrays import FloatArray, IntArray
-from workers.geometry.formats.xml_feed import (
+from workers.geometry.formats.xml.feed import (
     as_floats,
     as_integers,
     attribute,

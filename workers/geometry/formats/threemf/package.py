@@ -17,8 +17,8 @@ from workers.geometry.formats.reading import Reading
 from workers.geometry.formats.threemf.assembly import Assembly, Placed
 from workers.geometry.formats.threemf.model_part import Model3MF, Reference, read_model_part
 from workers.geometry.formats.threemf.project import PROJECT_FILE, Asides, read_project
-from workers.geometry.formats.xml_feed import attribute, local, read_xml
-from workers.geometry.formats.zip_parts import ZipParts, part_name
+from workers.geometry.formats.unpacking.zip_parts import ZipParts, part_name
+from workers.geometry.formats.xml.feed import attribute, local, read_xml
 
 RELATIONSHIPS = "_rels/.rels"
 USUAL_ROOT = "3d/3dmodel.model"

@@ -4,8 +4,8 @@ import re
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 
-from workers.geometry.formats.slicer_roles import role_of
-from workers.geometry.formats.xml_feed import attribute, local, read_xml
+from workers.geometry.formats.scenes.slicer_roles import role_of
+from workers.geometry.formats.xml.feed import attribute, local, read_xml
 
 PROJECT_FILE = re.compile(r"metadata/[^/]*model[^/]*\.config")
 

@@ -9,9 +9,14 @@ from numpy.typing import NDArray
 
 from workers.errors import InvalidMeshError, UnsupportedFormatError
 from workers.geometry.arrays import FloatArray, IntArray
-from workers.geometry.formats.records import as_floats
-from workers.geometry.formats.tokens import floats, integers, integral, quoted
-from workers.geometry.formats.unpacking import Allowance, decode_base64, unpack_xz, unpack_zlib
+from workers.geometry.formats.rows.records import as_floats
+from workers.geometry.formats.text.tokens import floats, integers, integral, quoted
+from workers.geometry.formats.unpacking.encoded import (
+    Allowance,
+    decode_base64,
+    unpack_xz,
+    unpack_zlib,
+)
 
 TYPES = {
     **{"int8": "i1", "uint8": "u1", "int16": "i2", "uint16": "u2", "int32": "i4"},

@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 from workers.errors import InvalidMeshError
 from workers.geometry.arrays import FloatArray, IntArray
-from workers.geometry.formats.records import as_floats
-from workers.geometry.formats.tokens import floats, integers, quoted
+from workers.geometry.formats.rows.records import as_floats
+from workers.geometry.formats.text.tokens import floats, integers, quoted
 
 SIZES = {
     **{"char": "i1", "signed_char": "i1", "unsigned_char": "u1", "short": "i2"},

@@ -3,8 +3,8 @@
 import numpy as np
 
 from workers.errors import InvalidMeshError, UnsupportedFormatError
-from workers.geometry.formats.cells import POLYGON, STRIP, Cells, join_cells
-from workers.geometry.formats.tokens import Polygons, quoted
+from workers.geometry.formats.surfaces.cells import POLYGON, STRIP, Cells, join_cells
+from workers.geometry.formats.text.tokens import Polygons, quoted
 
 GRIDS = ("structured_grid", "structuredgrid")
 READ = ("polydata", "unstructured_grid", "unstructuredgrid", *GRIDS)

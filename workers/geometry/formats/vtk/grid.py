@@ -3,7 +3,7 @@
 import numpy as np
 
 from workers.errors import InvalidMeshError
-from workers.geometry.formats.cells import HEXAHEDRON, QUAD, Cells, cells_of_one_type
+from workers.geometry.formats.surfaces.cells import HEXAHEDRON, QUAD, Cells, cells_of_one_type
 
 
 def grid_cells(dimensions: tuple[int, int, int], n_points: int) -> Cells:

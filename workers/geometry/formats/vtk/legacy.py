@@ -7,10 +7,10 @@ import numpy as np
 
 from workers.errors import InvalidMeshError, UnsupportedFormatError
 from workers.geometry.arrays import FloatArray, IntArray
-from workers.geometry.formats.cells import Cells, surface_of_cells
 from workers.geometry.formats.limits import MeshLimits, check_length
 from workers.geometry.formats.reading import Reading
-from workers.geometry.formats.tokens import Polygons, quoted
+from workers.geometry.formats.surfaces.cells import Cells, surface_of_cells
+from workers.geometry.formats.text.tokens import Polygons, quoted
 from workers.geometry.formats.vtk.cursor import Cursor
 from workers.geometry.formats.vtk.datasets import GRIDS, poly_cells, require_read
 from workers.geometry.formats.vtk.grid import grid_cells

@@ -2,8 +2,8 @@
 
 from workers.errors import InvalidMeshError
 from workers.geometry.formats.limits import MeshLimits, check_length
-from workers.geometry.formats.records import counted_polygons, polygons_by_offsets
-from workers.geometry.formats.tokens import Polygons
+from workers.geometry.formats.rows.records import counted_polygons, polygons_by_offsets
+from workers.geometry.formats.text.tokens import Polygons
 from workers.geometry.formats.vtk.cursor import Cursor
 
 

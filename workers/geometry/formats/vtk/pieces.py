@@ -6,9 +6,9 @@ import numpy as np
 
 from workers.errors import InvalidMeshError, UnsupportedFormatError
 from workers.geometry.arrays import FloatArray
-from workers.geometry.formats.cells import POLYHEDRON, Cells
-from workers.geometry.formats.records import polygons_by_offsets
-from workers.geometry.formats.tokens import Polygons, quoted
+from workers.geometry.formats.rows.records import polygons_by_offsets
+from workers.geometry.formats.surfaces.cells import POLYHEDRON, Cells
+from workers.geometry.formats.text.tokens import Polygons, quoted
 from workers.geometry.formats.vtk.arrays import ArrayReader, DataArray, Encoding
 from workers.geometry.formats.vtk.datasets import GRIDS, poly_cells
 from workers.geometry.formats.vtk.grid import grid_cells

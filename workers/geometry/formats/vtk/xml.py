@@ -5,16 +5,16 @@ import re
 import numpy as np
 
 from workers.geometry.arrays import FloatArray
-from workers.geometry.formats.cells import Cells, join_cells, surface_of_cells
 from workers.geometry.formats.limits import MeshLimits
-from workers.geometry.formats.polygons import require_indices
 from workers.geometry.formats.reading import Reading
-from workers.geometry.formats.tokens import Polygons
-from workers.geometry.formats.unpacking import Allowance
+from workers.geometry.formats.surfaces.cells import Cells, join_cells, surface_of_cells
+from workers.geometry.formats.surfaces.polygons import require_indices
+from workers.geometry.formats.text.tokens import Polygons
+from workers.geometry.formats.unpacking.encoded import Allowance
 from workers.geometry.formats.vtk.arrays import Appended, ArrayReader
 from workers.geometry.formats.vtk.datasets import require_read
 from workers.geometry.formats.vtk.pieces import Pieces, piece_cells, piece_points
-from workers.geometry.formats.xml_stream import read_xml
+from workers.geometry.formats.xml.stream import read_xml
 
 ROOT = re.compile(rb"<VTKFile\b")
 LOOKED_AT = 4096  # bytes

@@ -2,8 +2,7 @@
 
 import re
 
-from workers.geometry.formats.encodings import readable
-from workers.geometry.formats.refusal_signs import (
+from workers.geometry.formats.refusals.signs import (
     COMPOUND,
     FREECAD,
     GCODE,
@@ -20,7 +19,8 @@ from workers.geometry.formats.refusal_signs import (
     Refused,
 )
 from workers.geometry.formats.signs import by_sign, by_sign_of_text
-from workers.geometry.formats.xml_root import split_prolog, xml_root
+from workers.geometry.formats.text.encodings import readable
+from workers.geometry.formats.xml.root import split_prolog, xml_root
 
 LOOKED_AT = 1 << 13  # bytes, from the beginning and from the end
 LARGEST_POINTER = 1024  # bytes of a pointer or of an error message

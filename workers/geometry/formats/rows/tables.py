@@ -7,8 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from workers.geometry.arrays import IntArray
-from workers.geometry.formats.records import as_floats
-from workers.geometry.formats.tokens import Polygons, integral, places_in_runs
+from workers.geometry.formats.rows.records import as_floats
+from workers.geometry.formats.text.tokens import Polygons, integral, places_in_runs
 
 Buffer = bytes | memoryview
 

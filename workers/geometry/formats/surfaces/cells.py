@@ -7,9 +7,9 @@ import numpy as np
 from workers.errors import InvalidMeshError, UnsupportedFormatError
 from workers.geometry.arrays import FloatArray, IntArray
 from workers.geometry.formats.limits import MeshLimits
-from workers.geometry.formats.polygons import polygon_mesh, require_indices
-from workers.geometry.formats.tokens import Polygons, places_in_runs
-from workers.geometry.formats.volumes import VOLUME_CORNERS, boundary_faces
+from workers.geometry.formats.surfaces.polygons import polygon_mesh, require_indices
+from workers.geometry.formats.surfaces.volumes import VOLUME_CORNERS, boundary_faces
+from workers.geometry.formats.text.tokens import Polygons, places_in_runs
 from workers.geometry.mesh import TriangleMesh
 
 # Numbers of VTK's cell types. Those of higher order begin with the corners of the plain one.

@@ -7,7 +7,7 @@ import numpy as np
 
 from workers.errors import InvalidMeshError
 from workers.geometry.arrays import IntArray
-from workers.geometry.formats.tables import Buffer, Element, Property, Rows, list_lengths
+from workers.geometry.formats.rows.tables import Buffer, Element, Property, Rows, list_lengths
 
 STRUCT_CODES = {
     **{"i1": "b", "u1": "B", "i2": "h", "u2": "H", "i4": "i", "u4": "I"},

@@ -12,7 +12,7 @@ import numpy as np
 
 from workers.errors import InvalidMeshError
 from workers.geometry.arrays import FloatArray, IntArray
-from workers.geometry.formats.tokens import floats, integers
+from workers.geometry.formats.text.tokens import floats, integers
 
 PIECE = 1 << 16  # bytes that are parsed at a time
 ENCODING = re.compile(rb"\s*<\?xml[^>]{0,200}encoding\s*=")

@@ -9,14 +9,14 @@ import numpy as np
 
 from workers.errors import InvalidMeshError
 from workers.geometry.arrays import FloatArray, IntArray
-from workers.geometry.formats.amf_reader import AmfObject, AmfReader, Instance
+from workers.geometry.formats.amf.reader import AmfObject, AmfReader, Instance
 from workers.geometry.formats.limits import MeshLimits
-from workers.geometry.formats.placing import Placing
-from workers.geometry.formats.polygons import require_faces
 from workers.geometry.formats.reading import Reading
-from workers.geometry.formats.xml_feed import encoding_of, pieces_of, read_xml
-from workers.geometry.formats.xml_root import xml_root
-from workers.geometry.formats.zip_parts import ZipParts, part_name
+from workers.geometry.formats.scenes.placing import Placing
+from workers.geometry.formats.surfaces.polygons import require_faces
+from workers.geometry.formats.unpacking.zip_parts import ZipParts, part_name
+from workers.geometry.formats.xml.feed import encoding_of, pieces_of, read_xml
+from workers.geometry.formats.xml.root import xml_root
 
 BESIDE = ("metadata/", "__macosx/", "thumbnail")  # what may lie beside the one AMF file of a zip
 MOST_INSTANCES = 100_000

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from workers.errors import InvalidMeshError
 from workers.geometry.arrays import FloatArray, IntArray
-from workers.geometry.formats.tokens import Polygons, places_in_runs
+from workers.geometry.formats.text.tokens import Polygons, places_in_runs
 
 LOOKED_AT_ONCE = 1 << 18  # numbers; as Python integers they take four times their room
 

@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from workers.geometry.arrays import BoolArray, FloatArray, IntArray
-from workers.geometry.formats.tokens import Polygons
+from workers.geometry.formats.text.tokens import Polygons
 
 NONE = -1
 # Faces of each type by VTK's number. Their winding is set by the cell's middle, because writers

@@ -10,8 +10,8 @@ import mapbox_earcut
 import numpy as np
 
 from workers.geometry.arrays import BoolArray, FloatArray, IntArray
-from workers.geometry.formats.sweep import NotSimpleError, sweep_triangles
-from workers.geometry.formats.tokens import Polygons
+from workers.geometry.formats.surfaces.sweep import NotSimpleError, sweep_triangles
+from workers.geometry.formats.text.tokens import Polygons
 
 LARGEST_CLIPPED = 64  # corners; ear clipping takes their square, or their cube (decision 18)
 OPENINGS = (1e-9, 1e-12, 0.0)  # in this order: slits need one, the thinnest teeth bear none

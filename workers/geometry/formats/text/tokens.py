@@ -9,7 +9,7 @@ import numpy as np
 
 from workers.errors import InvalidMeshError
 from workers.geometry.arrays import FloatArray, IntArray
-from workers.geometry.formats.numerals import respelled
+from workers.geometry.formats.text.numerals import respelled
 
 LARGEST_INTEGER = 2.0**53
 PIECE = 1 << 22  # bytes of text that are split at a time

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from workers.geometry.arrays import FloatArray, IntArray
-from workers.geometry.formats.tokens import floats_before_word
+from workers.geometry.formats.text.tokens import floats_before_word
 
 COMMENT = re.compile(rb"#(?!(?:QNAN|SNAN|IND|INF)\b)[^\r\n]*", re.IGNORECASE)  # not "1.#QNAN"
 

@@ -8,8 +8,8 @@ import numpy as np
 from workers.errors import InvalidMeshError
 from workers.geometry.arrays import FloatArray, IntArray
 from workers.geometry.formats.limits import MeshLimits
-from workers.geometry.formats.slicer_roles import role_of
-from workers.geometry.formats.xml_feed import as_floats, as_integers, attribute
+from workers.geometry.formats.scenes.slicer_roles import role_of
+from workers.geometry.formats.xml.feed import as_floats, as_integers, attribute
 
 COUNTED_TOGETHER = 4096  # vertices or triangles between two looks at the limits
 VALUES = frozenset(

@@ -4,7 +4,7 @@ import numpy as np
 
 from workers.geometry.arrays import FloatArray, IntArray
 from workers.geometry.formats.limits import MeshLimits
-from workers.geometry.formats.polygons import require_indices
+from workers.geometry.formats.surfaces.polygons import require_indices
 from workers.geometry.mesh import TriangleMesh
 
 

@@ -5,8 +5,8 @@ import numpy as np
 from workers.errors import InvalidMeshError
 from workers.geometry.arrays import FloatArray, IntArray
 from workers.geometry.formats.limits import MeshLimits
-from workers.geometry.formats.tokens import Polygons
-from workers.geometry.formats.triangulation import triangulate
+from workers.geometry.formats.surfaces.triangulation import triangulate
+from workers.geometry.formats.text.tokens import Polygons
 from workers.geometry.mesh import TriangleMesh
 
 

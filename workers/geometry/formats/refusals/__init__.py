@@ -1,0 +1,1 @@
+"""What is refused by name, with what to do instead."""

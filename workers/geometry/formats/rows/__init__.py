@@ -1,0 +1,1 @@
+"""Rows of numbers in files, binary and text, read with numpy."""

@@ -1,0 +1,1 @@
+"""What formats of scenes share: placed objects, and what slicers mean by them."""

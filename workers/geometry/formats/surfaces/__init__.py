@@ -1,0 +1,1 @@
+"""Triangles of what files hold: polygons are cut, and volumes have a boundary."""

@@ -1,0 +1,1 @@
+"""Packed parts of files, unpacked within limits."""

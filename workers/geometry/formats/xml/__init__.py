@@ -1,0 +1,1 @@
+"""XML from hostile files, as a stream."""
