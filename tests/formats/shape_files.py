@@ -170,3 +170,14 @@ def slit() -> bytes:
 def walls() -> bytes:
     tub = TriangleMesh(box().vertices, box().faces[[0, 1, 4, 5, 6, 7, 8, 9, 10, 11]])
     return write(union(tub, translated(tub, (1.0 + 1e-6, 0.0, 0.0))), "ply")
+
+
+@kind(
+    FORMAT,
+    "the same surface twice, as front and back",
+    "One of both is left out if they are within a thousandth of the size everywhere.",
+    repairs=("left out 1 shell that only doubled another one",),
+)
+def double_shell() -> bytes:
+    inner = TriangleMesh(0.9998 * BODY.vertices, BODY.faces[:, ::-1])
+    return stl(union(inner, BODY))

@@ -61,7 +61,7 @@ def test_vertices_in_nearly_the_same_place_are_merged_in_any_unit(
 
 
 def test_vertices_a_millionth_apart_are_not_merged() -> None:
-    mesh = union(octahedron(), translated(octahedron(), (1e-6, 0, 0)))
+    mesh = union(octahedron(), translated(octahedron(0.5), (1.5 + 1e-6, 0, 0)))
     assert clean(mesh).mesh.n_vertices == 12
 
 

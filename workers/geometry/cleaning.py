@@ -10,6 +10,7 @@ from workers.geometry.degenerate import degenerate_faces
 from workers.geometry.fragments import without_debris
 from workers.geometry.mesh import TriangleMesh
 from workers.geometry.seams import sew
+from workers.geometry.shells import doubled_faces
 from workers.geometry.strays import without_strays, without_unreferenced
 
 MERGE_DISTANCE = 1e-9  # of the bounding box's diagonal
@@ -18,6 +19,7 @@ FEWEST_FACES = 4  # a closed surface has no fewer
 VERTICES = ("vertex", "vertices")
 FACES = ("face", "faces")
 FRAGMENTS = ("fragment", "fragments")
+SHELLS = ("shell", "shells")
 SMALLEST_EXTENT, LARGEST_EXTENT = 1e-60, 1e60  # squared areas, also of needles, must be normal
 
 
@@ -43,7 +45,8 @@ def clean(mesh: TriangleMesh) -> CleanedMesh:
     Drops unreferenced vertices, leaves out strays (faces at vertices that are not finite or
     absurdly far away), merges vertices that lie on each other, drops faces without
     area and repeated faces (of either winding), closes seams between open edges, see `sew`, and
-    drops debris, see `without_debris`.
+    drops debris, see `without_debris`, and one side of walls without thickness, see
+    `doubled_faces`.
 
     Parameters
     ----------
@@ -101,6 +104,9 @@ def _clean_once(mesh: TriangleMesh, *, debris: bool) -> tuple[CleanedMesh, bool]
         sentence = f"left out {{}} {{}}, {share} of the area together"
         _report(repairs, sentence, found.n_left_out, FRAGMENTS)
         faces = faces[found.faces]
+        doubled, n_shells = doubled_faces(TriangleMesh(scaled, faces), found.labels)
+        _report(repairs, "left out {} {} that only doubled another one", n_shells, SHELLS)
+        faces = faces[~doubled] if n_shells else faces
     vertices, faces = without_unreferenced(vertices, faces)
     if len(faces) < FEWEST_FACES:
         raise InvalidMeshError(

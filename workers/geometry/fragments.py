@@ -24,11 +24,14 @@ class WithoutDebris:
         Components that go.
     share : float
         Of the area that goes with them, below `MOST_DEBRIS`.
+    labels : (m,) int64
+        Component of each face that stays, from 0 without gaps.
     """
 
     faces: IntArray
     n_left_out: int
     share: float
+    labels: IntArray
 
 
 def without_debris(mesh: TriangleMesh) -> WithoutDebris:
@@ -54,4 +57,5 @@ def without_debris(mesh: TriangleMesh) -> WithoutDebris:
     is_debris = (sizes < LARGEST_DEBRIS * total) & (together < MOST_DEBRIS * total)
     gone = is_debris[place.reshape(-1)]  # (c,)
     faces = np.flatnonzero(~gone[labels])
-    return WithoutDebris(faces, int(gone.sum()), float(areas[gone].sum()) / total)
+    kept = (np.cumsum(~gone) - 1)[labels[faces]]  # (m,)
+    return WithoutDebris(faces, int(gone.sum()), float(areas[gone].sum()) / total, kept)
