@@ -64,7 +64,7 @@ FORM = {
     "mesh": {
         "type": "string",
         "format": "binary",
-        "description": "OFF, OBJ, PLY, STL, GLB, glTF or 3MF; the content decides",
+        "description": "in any format that is read, or an archive of one mesh; the content decides",
     },
     **form_fields(MeshQueryForm),
 }

@@ -3,6 +3,7 @@
 ``python -m tests.formats.document`` writes it; a test says when it is out of date.
 """
 
+import re
 from itertools import groupby
 from pathlib import Path
 
@@ -30,11 +31,15 @@ def table(kinds: list[Kind]) -> str:
 def document() -> str:
     """Return the whole page, one section a format."""
     ordered = sorted(every_kind(), key=lambda kind: kind.format.lower())
-    sections = [
-        f"## {format}\n\n{table(list(kinds))}\n"
-        for format, kinds in groupby(ordered, key=lambda kind: kind.format)
-    ]
-    return "\n".join([HEAD, *sections])
+    found = {f: list(kinds) for f, kinds in groupby(ordered, key=lambda kind: kind.format)}
+    contents = "\n".join(f"- [{f}](#{anchor(f)}): {len(kinds)}" for f, kinds in found.items())
+    sections = [f"## {f}\n\n{table(kinds)}\n" for f, kinds in found.items()]
+    return "\n".join([HEAD, contents, "", *sections])
+
+
+def anchor(heading: str) -> str:
+    """Return the part of a link that leads to a heading, as GitHub makes it."""
+    return re.sub(r"[^a-z0-9 -]", "", heading.lower()).replace(" ", "-")
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""Mesh files of seven formats, read from hostile bytes and written back.
+"""Mesh files of many formats, read from hostile bytes, and written in five.
 
 `parse` is the only entrance: whatever the bytes are, it returns a mesh or raises
 ``InvalidMeshError``, ``UnsupportedFormatError`` or ``UploadTooLargeError``.

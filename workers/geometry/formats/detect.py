@@ -15,10 +15,6 @@ from workers.geometry.formats.text.encodings import readable
 from workers.geometry.formats.threemf import is_3mf
 
 LOOKED_AT = 1 << 16  # bytes of text from the beginning
-ENDINGS = {
-    **{"off": "off", "obj": "obj", "ply": "ply", "stl": "stl"},
-    **{"glb": "glb", "gltf": "gltf", "3mf": "3mf"},
-}
 EXPECTED = "expected OFF, OBJ, PLY, STL, GLB, glTF, 3MF, AMF, DAE, VTK or MSH"
 
 
@@ -35,7 +31,7 @@ def detect_format(data: bytes, filename: str = "") -> str:
     Returns
     -------
     str
-        "off", "obj", "ply", "stl", "glb", "gltf" or "3mf".
+        One of the names of `workers.geometry.formats.parsing.READERS`.
 
     Raises
     ------
@@ -93,7 +89,7 @@ def _by_ending(data: bytes, filename: str) -> str | None:
     """Format by the ending, if the content could be of it."""
     if signed := by_sign_of_text(data, filename):
         return signed
-    ending = ENDINGS.get(filename.rpartition(".")[2].lower())
+    ending = filename.rpartition(".")[2].lower()
     text = b"\0" not in data[:LOOKED_AT]
     if ending == "stl":
         is_stl = not text or len(data) >= 84 or re.match(rb"\s*solid\b", data) is not None

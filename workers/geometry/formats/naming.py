@@ -7,6 +7,14 @@ from pathlib import PurePosixPath
 
 MAX_NAME = 255
 MAX_PATH = 1024
+MESH_ENDINGS = frozenset(
+    {
+        *("off", "obj", "ply", "stl", "glb", "gltf", "3mf", "amf", "dae"),
+        *("vtk", "vtp", "vtu", "vts", "gii", "msh", "mesh"),
+    }
+)
+"""Of files that can be read. Other names are read too, where the content says what it is."""
+
 COMPRESSED_ENDINGS = frozenset({"gz", "gzip", "bz2", "xz", "lzma"})
 _DRIVE = re.compile(r"[A-Za-z]:")
 _SHREC = re.compile(r"^(?P<label>[^.]+)\.(?P<transformation>[^.\d][^.]*)\.(?P<strength>\d{1,3})$")

@@ -12,13 +12,10 @@ from workers.geometry.formats.containers.clutter import (
     system_file,
 )
 from workers.geometry.formats.containers.compression import HEAD, compression_of, unpacked_head
-from workers.geometry.formats.detect import ENDINGS, detect_format
-from workers.geometry.formats.naming import inner_name
+from workers.geometry.formats.detect import detect_format
+from workers.geometry.formats.naming import MESH_ENDINGS, inner_name
 from workers.geometry.formats.refusals.refusal import refusal
 from workers.geometry.formats.text.encodings import readable
-
-MESH_ENDINGS = frozenset({*ENDINGS, "amf", "dae", "vtk", "vtp", "gii", "msh", "mesh"})
-"""A file of such an ending is tried, and fails with its reason."""
 
 ARCHIVE_ENDINGS = frozenset({"zip", "tar", "tgz", "tbz", "tbz2", "txz", "tlz"})
 UNPACKED_TO_JUDGE = 1 << 20  # bytes of a compressed file whose ending says nothing
@@ -33,6 +30,8 @@ OFF_BEGINS = re.compile(
 
 def has_mesh_ending(path: str) -> bool:
     """Whether a file's name ends as those of meshes do, compressed or not.
+
+    Such a file is tried, and fails with its reason.
 
     Parameters
     ----------
