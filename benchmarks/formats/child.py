@@ -13,6 +13,7 @@ import sys
 import tempfile
 import time
 from collections.abc import Callable, Iterator
+from pathlib import Path
 from typing import IO, Any
 
 import numpy as np
@@ -71,11 +72,16 @@ def count_components(corners: Any) -> int:
 def ours() -> tuple[str, list[str] | None, Callable[[str], Answer]]:
     """Parse and clean as an upload is; takes files of every name."""
     formats = importlib.import_module("workers.geometry.formats")
+    packing = importlib.import_module("workers.geometry.formats.gltf.packing")
     clean = importlib.import_module("workers.geometry.cleaning").clean
 
     def read(path: str) -> Answer:
-        with open(path, "rb") as file:
-            parsed = formats.parse(file.read(), filename=os.path.basename(path))
+        data = Path(path).read_bytes()
+        if path.lower().endswith(".gltf"):  # as an upload with the files beside it
+            beside = {name: Path(path).parent / name for name in packing.referenced_files(data)}
+            files = {name: one.read_bytes() for name, one in beside.items() if one.is_file()}
+            data = packing.pack_glb(data, files) if files else data
+        parsed = formats.parse(data, filename=os.path.basename(path))
         answer = facts(parsed.mesh.vertices, parsed.mesh.faces)
         answer |= {"format": parsed.format, "said": [*parsed.repairs, *parsed.found]}
         try:

@@ -86,7 +86,7 @@ def _run(reader: str, findings: Path, corpus: Path, words: Path, runs: int, seco
     options = (
         f"-runs={runs} -max_total_time={seconds} -max_len={LARGEST_BYTES} -timeout={HANG_SECONDS} "
         f"-rss_limit_mb={MEMORY_MEGABYTES} -dict={words} -artifact_prefix={findings}/ "
-        "-print_final_stats=1 -verbosity=0 -len_control=20"
+        "-report_slow_units=3600 -verbosity=0 -len_control=20"
     ).split()
     command = [sys.executable, "-m", "benchmarks.fuzzing.target", reader, str(findings)]
     with (findings.parent / "log.txt").open("wb") as log:

@@ -9,6 +9,7 @@ import pytest
 from benchmarks.formats.child import count_components, facts, fan
 from benchmarks.formats.comparison import differences, is_mesh_file, report, totals
 from benchmarks.formats.process import Reader
+from tests.formats.gltf_builders import Builder
 from tests.meshes import bumpy_sphere
 from workers.geometry.formats import write
 from workers.geometry.topology import count_components as components_of
@@ -108,6 +109,19 @@ def test_every_reader_gives_back_the_body(name: str, tmp_path: Path) -> None:
         damaged = tmp_path / "damaged.ply"
         damaged.write_bytes(b"ply\nformat ascii 1.0\nelement vertex three\n")
         assert reader.ask(damaged)["error"]
+        assert not differences(known(), reader.ask(path))
+    finally:
+        reader.stop()
+
+
+def test_ours_takes_the_files_beside_a_gltf(tmp_path: Path) -> None:
+    builder = Builder().body(BODY)
+    path = tmp_path / "scene.gltf"
+    path.write_bytes(builder.gltf("scene.bin"))
+    (tmp_path / "scene.bin").write_bytes(builder.binary)
+    reader = Reader("ours")
+    assert reader.start()
+    try:
         assert not differences(known(), reader.ask(path))
     finally:
         reader.stop()
