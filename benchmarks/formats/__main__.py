@@ -1,9 +1,10 @@
-"""Our reader of mesh files beside those of trimesh, meshio and MeshLab, on your own files.
+"""Our reader of mesh files beside those of other programs, on your own files.
 
-``python -m benchmarks.formats FOLDER`` reads every file below a folder with each. A line says
-where two make another mesh of the same file: triangles, area, extent, or connected pieces differ
-by more than rounding. Meshes are compared as they were read, before our repairs. Other lines say
-who refused a file, and with what words. A table counts a format.
+``python -m benchmarks.formats FOLDER`` reads every file below a folder with ours, trimesh, meshio,
+MeshLab and, for brain surfaces, nibabel. A line says where two make another mesh of the same file:
+triangles, area, extent, or connected pieces differ by more than rounding. Meshes are compared as
+they were read, before our repairs. Other lines say who refused a file, and with what words. A
+table counts a format.
 
 Each reader runs in a process of its own, and is ended where a file takes it too long or too much
 memory. Raw results go to a JSON file; ``--from`` prints them again without reading. MeshLab takes
@@ -35,7 +36,7 @@ from benchmarks.formats.comparison import (
 )
 from benchmarks.formats.process import Reader
 
-PEERS = ("trimesh", "meshio", "meshlab")
+PEERS = ("trimesh", "meshio", "meshlab", "nibabel")
 ALIKE = 3
 """Lines of one format that say the same; the others are counted."""
 LARGEST_BYTES = 512 << 20

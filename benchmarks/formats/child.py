@@ -21,6 +21,7 @@ import numpy as np
 Arrays = tuple[Any, Any]
 """Vertices (n, 3) and triangles (m, 3)."""
 Answer = dict[str, Any]
+SURFACE_ENDINGS = "gii gii.gz pial white inflated sphere orig smoothwm"
 MESHLAB_ENDINGS = "3ds 3mf ctm dae glb gltf obj off ply pts qobj stl vmi wrl x3d"
 
 
@@ -120,6 +121,20 @@ def meshio() -> tuple[str, list[str] | None, Callable[[str], Answer]]:
     return library.__version__, sorted(e[1:] for e in library.extension_to_filetypes), read
 
 
+def nibabel() -> tuple[str, list[str] | None, Callable[[str], Answer]]:
+    """Read brain surfaces: GIFTI, and FreeSurfer's by their usual names."""
+    library = importlib.import_module("nibabel")
+
+    def read(path: str) -> Answer:
+        if ".gii" not in path.lower():
+            return facts(*library.freesurfer.read_geometry(path)[:2])
+        image = library.load(path)
+        points = image.agg_data("NIFTI_INTENT_POINTSET")
+        return facts(points, image.agg_data("NIFTI_INTENT_TRIANGLE"))
+
+    return library.__version__, SURFACE_ENDINGS.split(), read
+
+
 def meshlab() -> tuple[str, list[str] | None, Callable[[str], Answer]]:
     """Read as MeshLab does; all its layers are put together."""
     library = importlib.import_module("pymeshlab")
@@ -133,7 +148,10 @@ def meshlab() -> tuple[str, list[str] | None, Callable[[str], Answer]]:
     return version, MESHLAB_ENDINGS.split(), read
 
 
-READERS = {"ours": ours, "trimesh": trimesh, "meshio": meshio, "meshlab": meshlab}
+READERS = {
+    **{"ours": ours, "trimesh": trimesh, "meshio": meshio},
+    **{"meshlab": meshlab, "nibabel": nibabel},
+}
 
 
 def fan(cells: Any) -> Any:

@@ -1,5 +1,6 @@
 """The comparison of readers: what it says of meshes that differ, and of readers that fail."""
 
+import struct
 from pathlib import Path
 from typing import Any
 
@@ -109,6 +110,20 @@ def test_every_reader_gives_back_the_body(name: str, tmp_path: Path) -> None:
         damaged = tmp_path / "damaged.ply"
         damaged.write_bytes(b"ply\nformat ascii 1.0\nelement vertex three\n")
         assert reader.ask(damaged)["error"]
+        assert not differences(known(), reader.ask(path))
+    finally:
+        reader.stop()
+
+
+def test_brain_surfaces_have_a_peer(tmp_path: Path) -> None:
+    path = tmp_path / "lh.pial"
+    numbers = BODY.vertices.astype(">f4").tobytes() + BODY.faces.astype(">i4").tobytes()
+    counts = struct.pack(">ii", BODY.n_vertices, BODY.n_faces)
+    path.write_bytes(b"\xff\xff\xfemade by hand\n\n" + counts + numbers)
+    reader = Reader("nibabel")
+    assert reader.start()
+    try:
+        assert reader.takes(path)
         assert not differences(known(), reader.ask(path))
     finally:
         reader.stop()

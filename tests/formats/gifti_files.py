@@ -223,3 +223,15 @@ def mni_colours() -> bytes:
 @refused(MNI, "a file that ends early", "Refused.", reason="truncated", filename="gray.obj")
 def mni_truncated() -> bytes:
     return mni("0 1 1 1 1")[:-99]
+
+
+@kind(
+    FORMAT,
+    "encodings under the names of the first GIFTI library (GIFTI_ENCODING_B64GZ)",
+    "Read.",
+)
+def old_names() -> bytes:
+    data = gifti(*surface(endian="BigEndian")).replace(
+        b'"GZipBase64Binary"', b'"GIFTI_ENCODING_B64GZ"'
+    )
+    return data.replace(b'"BigEndian"', b'"GIFTI_ENDIAN_BIG"')

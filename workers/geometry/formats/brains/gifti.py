@@ -58,6 +58,14 @@ class _Arrays:
             self.collected.append(piece)
 
 
+OLD_ENCODINGS = {
+    "B64BIN": "BASE64BINARY",
+    "B64GZ": "GZIPBASE64BINARY",
+    "EXTBIN": "EXTERNALFILEBINARY",
+}
+"""As the first GIFTI library wrote them, behind GIFTI_ENCODING_."""
+
+
 def is_gifti(data: bytes) -> bool:
     """Whether the root element is GIFTI's.
 
@@ -140,7 +148,8 @@ def _found(arrays: _Arrays) -> tuple[str, ...]:
 def _table(attributes: dict[str, str], text: list[str], allowance: Allowance) -> NDArray[Any]:
     """Numbers of an array of three columns, row after row."""
     shape = _shape(attributes)
-    encoding = attributes.get("Encoding", "ASCII").upper()
+    encoding = attributes.get("Encoding", "ASCII").upper().removeprefix("GIFTI_ENCODING_")
+    encoding = OLD_ENCODINGS.get(encoding, encoding)
     if "EXTERNAL" in encoding:
         raise UnsupportedFormatError(
             "the numbers of the GIFTI file are in another file (ExternalFileBinary); "
@@ -185,7 +194,8 @@ def _decoded(
     name = attributes.get("DataType", "").upper().removeprefix("NIFTI_TYPE_")
     if name not in TYPES:
         raise InvalidMeshError(f"expected a type such as FLOAT32, found {quoted(name.encode())}")
-    big = attributes.get("Endian", "").lower().startswith("big")
+    endian = attributes.get("Endian", "").lower().removeprefix("gifti_endian_")
+    big = endian.startswith("big")
     type = (">" if big else "<") + TYPES[name]
     data = decode_base64(content)
     if encoding.startswith("GZIP"):

@@ -23,6 +23,7 @@ UNITS = {"utf-32-le": "<u4", "utf-32-be": ">u4", "utf-16-le": "<u2", "utf-16-be"
 DECLARED = re.compile(
     rb"""\A(\s*<\?xml[^>]{0,200}?encoding\s*=\s*["'])utf-?(?:16|32)[^"']*""", re.I
 )
+WIDEST = 4  # bytes of a character
 
 
 @dataclass(frozen=True)
@@ -61,6 +62,8 @@ def readable(data: bytes) -> Readable:
     for mark, encoding in MARKS:
         if data.startswith(mark) and _plain_part(data[len(mark) :], encoding) >= MARKED:
             return _decoded(data[len(mark) :], encoding)
+    if b"\0" not in data[: WIDEST * LOOKED_AT]:  # as every text of wide characters has
+        return Readable(data)
     for encoding in UNITS:
         if _plain_part(data, encoding, at_least=SHORTEST) >= UNMARKED:
             return _decoded(data, encoding)
