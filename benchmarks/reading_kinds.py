@@ -57,8 +57,8 @@ def main() -> None:
         table.add_column(column, justify="left" if column in ("file", "outcome") else "right")
     for name in sizes[0]:
         points = [size[name] for size in sizes if name in size]
-        growth = [after[0] / before[0] for before, after in pairwise(points)]
-        if len(points) < len(LEVELS) or min(growth) < LEAST_GROWTH:
+        lengths = [point[0] for point in points]
+        if len(points) < len(LEVELS) or lengths[-1] < LEAST_GROWTH * lengths[-2]:
             continue
         found = exponents(points)
         length, taken, outcome = points[-1]

@@ -45,16 +45,20 @@ def main(arguments: list[str] | None = None) -> int:
     parser = argparse.ArgumentParser(prog="python -m service.web", description=__doc__)
     parser.add_argument("--is-built", action="store_true", help="exit code 1 if it is not")
     parser.add_argument("--check", action="store_true", help="types and unit tests")
-    parser.add_argument("--types", action="store_true", help="write src/api/schema.ts")
+    parser.add_argument(
+        "--types", action="store_true", help="write src/api/schema.ts and endings.ts"
+    )
     asked = parser.parse_args(arguments)
     if asked.is_built:
         return 0 if is_built() else 1
-    from service.web import node, schema  # they need Node's wheel
+    from service.web import endings, node, schema  # they need Node's wheel
 
     try:
         if asked.types:
+            endings.write_endings()
             schema.write_types()
         elif asked.check:
+            endings.check_endings()
             schema.check_types()
             node.install(FOLDER)
             node.npm("run", "--silent", "check", folder=FOLDER)
@@ -63,7 +67,11 @@ def main(arguments: list[str] | None = None) -> int:
             node.npm("run", "--silent", "build", folder=FOLDER)
             creatures.write_archive(BUILT / creatures.NAME)
             DIGEST.write_text(_contents())
-    except (subprocess.CalledProcessError, schema.OutdatedTypesError) as error:
+    except (
+        subprocess.CalledProcessError,
+        schema.OutdatedTypesError,
+        endings.OutdatedEndingsError,
+    ) as error:
         sys.stderr.write(f"{error}\n")
         return 1
     return 0

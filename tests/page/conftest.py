@@ -2,6 +2,7 @@
 
 import os
 import shutil
+import time
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -90,7 +91,12 @@ def running(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Running]:
                 ]
                 path = f"/v1/collections/{collection}/shapes"
                 sent = client.request("POST", path, files=files, params={"wait": 60})
-                assert sent.json()["job"]["state"] == "succeeded"
+                job = sent.json()["job"]
+                while job["state"] in {"queued", "running"}:  # where other tests run beside
+                    path = f"/v1/jobs/{job['id']}"
+                    job = client.request("GET", path).json()
+                    time.sleep(1)
+                assert job["state"] == "succeeded"
         yield Running(url, settings, process, meshes)
 
 

@@ -1,4 +1,4 @@
-"""The page's types and the service's OpenAPI document, without the generator and without Node."""
+"""The page's types and endings beside the service's own, without the generator and without Node."""
 
 import re
 from pathlib import Path
@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from service.web import schema
+from service.web import endings, schema
 
 WEB = Path(schema.FOLDER)
 NAMES = re.compile(r"^        (\w+): \{", re.MULTILINE)
@@ -61,6 +61,19 @@ def test_other_types_than_the_service_has_are_refused(
     monkeypatch.setattr(schema, "TYPES", outdated)
     with pytest.raises(schema.OutdatedTypesError, match="--types"):
         schema.check_types()
+
+
+def test_the_page_knows_the_endings_that_the_service_knows(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    endings.check_endings()
+    text = endings.generate()
+    assert all(f'"{ending}"' in text for ending in ("off", "gltf", "zip", "tgz", "gz", "png"))
+    monkeypatch.setattr(endings, "ENDINGS", tmp_path / "endings.ts")
+    with pytest.raises(endings.OutdatedEndingsError, match="--types"):
+        endings.check_endings()
+    endings.write_endings()
+    endings.check_endings()
 
 
 def test_the_generators_lock_names_no_registry() -> None:

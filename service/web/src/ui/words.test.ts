@@ -1,5 +1,5 @@
 import { describe, expect, it } from "vitest";
-import { ago, brief, bytes, count, duration, fileName, share } from "./words";
+import { ago, brief, bytes, count, duration, fileName, foldersOf, share, shortPath } from "./words";
 
 describe("numbers in words", () => {
   it("agree with what they count", () => {
@@ -43,4 +43,16 @@ describe("times", () => {
 
 it("shows a file without its folders", () => {
   expect(fileName("cat/cat-01.ply")).toBe("cat-01.ply");
+});
+
+describe("paths", () => {
+  it("have folders, each with all before it", () => {
+    expect(foldersOf("a/b/cat.ply")).toEqual(["a", "a/b"]);
+    expect(foldersOf("cat.ply")).toEqual([]);
+  });
+
+  it("are short by their last two parts", () => {
+    expect(shortPath("cats/cat.ply")).toBe("cats/cat.ply");
+    expect(shortPath("zoo/animals/cats/cat.ply")).toBe("…/cats/cat.ply");
+  });
 });

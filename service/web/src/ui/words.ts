@@ -56,3 +56,15 @@ export function duration(from: string, to: string | null, now = Date.now()): str
 export function fileName(name: string): string {
   return name.split("/").pop() ?? name;
 }
+
+/** The folders of a path from the first on, each with all before it: "a", "a/b" of "a/b/cat.ply". */
+export function foldersOf(path: string): string[] {
+  const parts = path.split("/").slice(0, -1);
+  return parts.map((_, i) => parts.slice(0, i + 1).join("/"));
+}
+
+/** The last two parts of a path, which say most. */
+export function shortPath(path: string): string {
+  const parts = path.split("/");
+  return parts.length > 2 ? `…/${parts.slice(-2).join("/")}` : path;
+}

@@ -5,7 +5,7 @@ import type { Shape } from "../../api/types";
 import { linkTo } from "../../router";
 import { Badge, sentence, Thumbnail } from "../../ui/basics";
 import { notify, notifyProblem } from "../../ui/toasts";
-import { fileName } from "../../ui/words";
+import { fileName, foldersOf, shortPath } from "../../ui/words";
 import { tryAgain } from "./retry";
 
 const IN_WORDS = { queued: "waiting", processing: "being computed", ready: "ready", failed: "failed" };
@@ -22,6 +22,7 @@ interface Props {
 export function ShapeCard(props: Props) {
   const { shape } = props;
   const name = fileName(shape.name);
+  const folder = foldersOf(shape.path).at(-1) ?? "";
   const reason = shape.state === "failed" ? sentence(shape.error?.detail ?? "no reason is known") : null;
   return (
     <div class={`card shapecard${props.isChosen ? " chosen" : ""}`}>
@@ -46,6 +47,11 @@ export function ShapeCard(props: Props) {
         </span>
       </a>
       <small class="quiet name">{shape.label ?? "no label"}</small>
+      {shape.path !== name && (
+        <small class="quiet name" title={shape.path}>
+          {folder === "" ? shape.path : `in ${shortPath(folder)}`}
+        </small>
+      )}
       <div class="foot">
         <Badge state={shape.state}>{IN_WORDS[shape.state]}</Badge>
         {reason !== null && <AgainButton {...props} name={name} />}

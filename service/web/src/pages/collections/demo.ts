@@ -3,6 +3,7 @@
 import { ask, Problem, send } from "../../api/client";
 import { go, linkTo } from "../../router";
 import { notifyProblem } from "../../ui/toasts";
+import { pickChosen } from "./files";
 import { uploadsTo } from "./uploads";
 
 const NAME = "demo";
@@ -13,7 +14,7 @@ export async function loadDemo(): Promise<void> {
   try {
     const content = await (await send(ARCHIVE)).blob();
     await makeCollection();
-    uploadsTo(NAME).add({ files: [{ file: new File([content], ARCHIVE), name: ARCHIVE }], leftOut: [] });
+    uploadsTo(NAME).add(await pickChosen([new File([content], ARCHIVE)]));
     go(linkTo(["collections", NAME]));
   } catch (error) {
     notifyProblem(error);

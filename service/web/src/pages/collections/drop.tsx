@@ -2,7 +2,7 @@
 
 import { useEffect, useRef, useState } from "preact/hooks";
 import { notify, notifyProblem } from "../../ui/toasts";
-import { ACCEPTED, pickChosen, pickDropped, type Picked } from "./files";
+import { pickChosen, pickDropped, type Picked } from "./files";
 
 type Take = (picked: Picked) => void;
 
@@ -25,15 +25,15 @@ function ChooseButton(props: { take: Take; name: string; isFolder?: boolean }) {
       <button type="button" onClick={() => input.current?.click()}>
         {props.name}
       </button>
+      {/* any file may be chosen: the content decides what it is, and glTF has others beside it */}
       <input
         ref={input}
         type="file"
         multiple
         hidden
         aria-label={props.name}
-        accept={props.isFolder ? undefined : ACCEPTED}
         onChange={(event) => {
-          take(pickChosen(event.currentTarget.files ?? []), props.take);
+          take(pickChosen([...(event.currentTarget.files ?? [])]), props.take);
           event.currentTarget.value = "";
         }}
       />
@@ -60,7 +60,7 @@ export function DropAnywhere(props: { collection: string; take: Take }) {
       event.preventDefault();
       window.clearTimeout(timer);
       setOver(false);
-      pickDropped(event.dataTransfer).then((picked) => take(picked, taker.current), notifyProblem);
+      take(pickDropped(event.dataTransfer), (picked) => taker.current(picked));
     };
     addEventListener("dragenter", over);
     addEventListener("dragover", over);
@@ -76,13 +76,15 @@ export function DropAnywhere(props: { collection: string; take: Take }) {
   return (
     <div class="dropanywhere">
       <p>
-        Drop meshes, folders or zip archives to add them to <strong>{props.collection}</strong>
+        Drop meshes, folders or archives to add them to <strong>{props.collection}</strong>
       </p>
     </div>
   );
 }
 
-function take(picked: Picked, on: Take): void {
-  if (picked.files.length + picked.leftOut.length === 0) notify("There was nothing in it that could be added.");
-  else on(picked);
+function take(picked: Promise<Picked>, on: Take): void {
+  picked.then((found) => {
+    if (found.files.length + found.skipped.length === 0) notify("There was nothing in it that could be added.");
+    else on(found);
+  }, notifyProblem);
 }

@@ -3,13 +3,18 @@
 import { change, route } from "../../router";
 import type { Shape } from "../../api/types";
 import { Field } from "../../ui/basics";
+import { foldersOf } from "../../ui/words";
 
 export interface Filters {
   label: string | null;
   state: string | null;
   transformation: string | null;
   name: string | null;
+  /** A folder, with all that is below it; or a whole path. */
+  path: string | null;
 }
+
+const NONE: Filters = { label: null, state: null, transformation: null, name: null, path: null };
 
 const STATES: [state: string, name: string][] = [
   ["ready", "ready"],
@@ -25,6 +30,7 @@ export function chosenFilters(): Filters {
     state: query.get("state"),
     transformation: query.get("transformation"),
     name: query.get("name"),
+    path: query.get("path"),
   };
 }
 
@@ -65,8 +71,15 @@ export function FilterRow(props: { filters: Filters; shapes: readonly Shape[] })
         known={shapes.map((shape) => shape.transformation)}
       />
       <Exact name="name" title="Name" value={filters.name} known={[]} hint="the whole name" />
+      <Exact
+        name="path"
+        title="Folder"
+        value={filters.path}
+        known={shapes.flatMap((shape) => foldersOf(shape.path))}
+        longest={1024}
+      />
       {isFiltered(filters) && (
-        <button type="button" onClick={() => change({ label: null, state: null, transformation: null, name: null })}>
+        <button type="button" onClick={() => change({ ...NONE })}>
           Show all
         </button>
       )}
@@ -81,6 +94,7 @@ function Exact(props: {
   value: string | null;
   known: (string | null)[];
   hint?: string;
+  longest?: number;
 }) {
   const known = [...new Set(props.known)].filter((text) => text !== null && text !== "").sort();
   return (
@@ -93,7 +107,7 @@ function Exact(props: {
             autocomplete="off"
             placeholder={props.hint ?? "any"}
             list={`${id}-known`}
-            maxLength={255}
+            maxLength={props.longest ?? 255}
             value={props.value ?? ""}
             onChange={(event) => change({ [props.name]: event.currentTarget.value })}
           />

@@ -35,7 +35,7 @@ async function* jobsOf(shape: Shape): AsyncGenerator<Job> {
   if (shape.error?.type === "cancelled") return yield* cancelledWith(shape);
   for await (const job of ingestJobs(shape.collection)) {
     const isNamed = ({ item, detail }: { item: string; detail: string }) =>
-      item === shape.name && detail === shape.error?.detail;
+      (item === shape.path || item === shape.name) && detail === shape.error?.detail;
     if (job.errors.some(isNamed)) yield job;
   }
 }

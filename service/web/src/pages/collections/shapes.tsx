@@ -24,7 +24,7 @@ interface Props {
 }
 
 const PAGE = 200;
-const CELL = { width: 168, height: 240 };
+const CELL = { width: 168, height: 264 };
 const MORE = 12; // cards to come, while it is not known how many
 const LIVE_MILLISECONDS = 2000;
 
@@ -160,14 +160,14 @@ function Nothing(props: { isFiltered: boolean; add: (picked: Picked) => void }) 
   if (props.isFiltered) {
     return (
       <Empty title="No shape is like that">
-        <p>Label, transformation and name have to be met exactly.</p>
+        <p>Label, transformation and name have to be met exactly, folders from the first on.</p>
       </Empty>
     );
   }
   return (
     <Empty title="It has no shapes yet">
       <p>
-        Drop meshes, folders or zip archives anywhere on this page, or choose them. A folder's name becomes the label.
+        Drop meshes, folders or archives anywhere on this page, or choose them. A folder's name becomes the label.
       </p>
       <p class="row middle">
         <AddButtons take={props.add} />

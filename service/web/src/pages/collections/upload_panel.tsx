@@ -3,7 +3,8 @@
 import { useState } from "preact/hooks";
 import { linkTo } from "../../router";
 import { Badge, Bar } from "../../ui/basics";
-import { bytes, count, share } from "../../ui/words";
+import { SkippedFiles } from "../../ui/skipped";
+import { bytes, count, grouped, share, shortPath } from "../../ui/words";
 import type { Uploads } from "./uploads";
 import type { At, Upload } from "./work";
 import "./uploads.css";
@@ -22,7 +23,8 @@ export function UploadPanel(props: { uploads: Uploads }) {
   const { uploads } = props;
   const [isOpen, setOpen] = useState(true);
   const all = uploads.all.value;
-  if (all.length === 0 && uploads.leftOut.value.length === 0) return null;
+  const skipped = uploads.skipped.value;
+  if (all.length === 0 && skipped.count === 0) return null;
   return (
     <section class="panel uploads" aria-label="Uploads">
       <header class="row">
@@ -33,7 +35,7 @@ export function UploadPanel(props: { uploads: Uploads }) {
         </button>
       </header>
       {all.length > 0 && <Overall uploads={uploads} />}
-      <LeftOut names={uploads.leftOut.value} />
+      <SkippedFiles {...skipped} />
       {isOpen && GROUPS.map(([name, states]) => <Group key={name} name={name} states={states} uploads={uploads} />)}
     </section>
   );
@@ -63,7 +65,7 @@ function Buttons(props: { uploads: Uploads }) {
 }
 
 function Overall(props: { uploads: Uploads }) {
-  const { all, groups } = props.uploads;
+  const { all, groups, skipped } = props.uploads;
   const number = (is: At["is"]) => groups.value.get(is)?.length ?? 0;
   const settled = number("ready") + number("failed") + number("stopped");
   const parts = [
@@ -71,24 +73,13 @@ function Overall(props: { uploads: Uploads }) {
     number("failed") > 0 && `${number("failed")} failed`,
     number("stopped") > 0 && `${number("stopped")} stopped`,
     number("waiting") + number("sending") > 0 && `${number("waiting") + number("sending")} to be sent`,
+    skipped.value.count > 0 && `${grouped(skipped.value.count)} skipped`,
   ];
   return (
     <div class="jobbar">
       <Bar value={settled / all.value.length} label="all uploads" />
       <span class="quiet">{parts.filter(Boolean).join(", ")}</span>
     </div>
-  );
-}
-
-function LeftOut(props: { names: readonly string[] }) {
-  const { names } = props;
-  if (names.length === 0) return null;
-  const more = names.length > 5 ? ` and ${names.length - 5} more` : "";
-  return (
-    <p class="leftout quiet">
-      Left out, being neither meshes nor zip archives: {names.slice(0, 5).join(", ")}
-      {more}.
-    </p>
   );
 }
 
@@ -122,12 +113,12 @@ function Row(props: { upload: Upload; retry: () => void }) {
     <li>
       <span class="name" title={upload.name}>
         {at.is === "ready" && at.shape !== null ? (
-          <a href={linkTo(["shapes", at.shape])}>{upload.name}</a>
+          <a href={linkTo(["shapes", at.shape])}>{shortPath(upload.name)}</a>
         ) : (
-          upload.name
+          shortPath(upload.name)
         )}
       </span>
-      <small class="quiet">{bytes(upload.file.size)}</small>
+      <small class="quiet">{sizeOf(upload)}</small>
       <State at={at} />
       {(at.is === "failed" || at.is === "stopped") && (
         <button type="button" class="small" aria-label={`Try ${upload.name} again`} onClick={props.retry}>
@@ -137,6 +128,11 @@ function Row(props: { upload: Upload; retry: () => void }) {
       {at.is === "failed" && <p class="reason">{at.reason}</p>}
     </li>
   );
+}
+
+function sizeOf({ file, needs }: Upload): string {
+  const all = [file, ...needs.map((one) => one.file)].reduce((sum, { size }) => sum + size, 0);
+  return needs.length === 0 ? bytes(all) : `with ${count(needs.length, "file")}, ${bytes(all)}`;
 }
 
 function State(props: { at: At }) {

@@ -7,12 +7,11 @@ import type { Job, Shape } from "../../api/types";
 import { sentence } from "../../ui/basics";
 import { asProblem } from "../../ui/loading";
 import { notify, notifyProblem } from "../../ui/toasts";
-import { isArchive, type Picked } from "./files";
+import { filesOf, nextBatch, outcomes } from "./batches";
+import type { Picked, Skipped } from "./files";
 import { each } from "./pool";
-import { Work, type At, type Upload } from "./work";
+import { Work, type At, type Part, type Upload } from "./work";
 
-const BATCH_FILES = 20;
-const BATCH_BYTES = 32 * 1024 ** 2;
 const AT_ONCE = 2;
 const TRIES = 3;
 const AWAY_MILLISECONDS = 2000;
@@ -21,14 +20,16 @@ const OF_THE_FILE = [400, 413, 415, 422];
 /** What is sent to one collection. */
 export class Uploads {
   readonly all = signal<readonly Upload[]>([]);
-  readonly leftOut = signal<readonly string[]>([]);
+  /** Skipped before it was sent, or by the service without its job naming it. */
+  private readonly unsent = signal<readonly Skipped[]>([]);
+  private readonly works = signal<readonly Work[]>([]);
+  readonly skipped = computed(() => skippedIn(this.unsent.value, this.works.value));
   readonly groups = computed(() => grouped(this.all.value));
   readonly isBusy = computed(() =>
     (["waiting", "sending", "computing"] as const).some((is) => this.groups.value.has(is)),
   );
   readonly isSending = computed(() => this.groups.value.has("waiting") || this.groups.value.has("sending"));
   private queue: Upload[] = [];
-  private works: Work[] = [];
   private senders = 0;
   private last = 0;
   private abort = new AbortController();
@@ -36,11 +37,11 @@ export class Uploads {
   constructor(public collection: string) {}
 
   add(picked: Picked): void {
-    const added = picked.files.map(({ file, name }): Upload => {
-      return { id: ++this.last, file, name, at: signal<At>({ is: "waiting" }), tries: 0 };
+    const added = picked.files.map((sent): Upload => {
+      return { ...sent, id: ++this.last, at: signal<At>({ is: "waiting" }), tries: 0 };
     });
     this.all.value = [...this.all.value, ...added];
-    this.leftOut.value = [...this.leftOut.value, ...picked.leftOut];
+    this.unsent.value = [...this.unsent.value, ...picked.skipped];
     this.enqueue(added);
   }
 
@@ -50,7 +51,7 @@ export class Uploads {
     this.abort = new AbortController();
     for (const upload of this.queue) upload.at.value = { is: "stopped", work: null };
     this.queue = [];
-    void each(this.works, 4, (work) => work.cancel()).catch(notifyProblem);
+    void each(this.works.value, 4, (work) => work.cancel()).catch(notifyProblem);
   }
 
   /** Send again what was not sent, compute again what could not be computed. */
@@ -63,7 +64,7 @@ export class Uploads {
       if (work === null) continue;
       try {
         const again = await work.retry();
-        if (again !== null) this.works = [...this.works, again];
+        if (again !== null) this.works.value = [...this.works.value, again];
         else notify("No job was found in which it could be tried again.");
       } catch (error) {
         notifyProblem(error);
@@ -73,8 +74,8 @@ export class Uploads {
 
   clear(): void {
     this.all.value = [];
-    this.leftOut.value = [];
-    this.works = [];
+    this.unsent.value = [];
+    this.works.value = [];
   }
 
   private enqueue(uploads: readonly Upload[]): void {
@@ -95,10 +96,8 @@ export class Uploads {
   private async send(batch: readonly Upload[], stopped: AbortSignal): Promise<void> {
     const share = signal(0);
     const form = new FormData();
-    for (const upload of batch) {
-      upload.at.value = { is: "sending", share };
-      form.append("files", upload.file, upload.name);
-    }
+    for (const upload of batch) upload.at.value = { is: "sending", share };
+    for (const { file, name } of filesOf(batch)) form.append("files", file, name);
     try {
       const path = `v1/collections/${this.collection}/shapes`;
       const { answer } = await post<{ job: Job; shapes: Shape[] }>(
@@ -107,17 +106,29 @@ export class Uploads {
         (value) => (share.value = value),
         stopped,
       );
-      const shapes = await pairUp(batch, answer.shapes);
-      const work = new Work(
-        answer.job,
-        batch.map((upload, i) => ({ upload, shape: shapes[i] ?? null })),
-      );
-      this.works = [...this.works, work];
+      const work = new Work(answer.job, await this.sent(batch, answer));
+      this.works.value = [...this.works.value, work];
       if (stopped.aborted) await work.cancel();
     } catch (error) {
       if (stopped.aborted) for (const upload of batch) upload.at.value = { is: "stopped", work: null };
       else await this.refused(batch, asProblem(error), stopped);
     }
+  }
+
+  /** The files of which shapes come; what is skipped is no file among the others any more. */
+  private async sent(batch: readonly Upload[], answer: { job: Job; shapes: Shape[] }): Promise<Part[]> {
+    const parts: Part[] = [];
+    const skipped = new Set<Upload>();
+    for (const [i, outcome] of (await outcomes(batch, answer.job, answer.shapes)).entries()) {
+      const upload = batch[i]!;
+      if ("shape" in outcome) parts.push({ upload, shape: outcome.shape });
+      else {
+        skipped.add(upload);
+        if (!answer.job.skipped.includes(outcome.skipped)) this.unsent.value = [...this.unsent.value, outcome.skipped];
+      }
+    }
+    this.all.value = this.all.value.filter((upload) => !skipped.has(upload));
+    return parts;
   }
 
   private async refused(batch: readonly Upload[], problem: Problem, stopped: AbortSignal): Promise<void> {
@@ -155,6 +166,14 @@ function workOf({ at: { value } }: Upload): Work | null {
   return value.is === "failed" || value.is === "stopped" ? value.work : null;
 }
 
+/** All that was skipped; a job that was tried again is one job. */
+function skippedIn(unsent: readonly Skipped[], works: readonly Work[]): { files: Skipped[]; count: number } {
+  const jobs = new Map(works.map(({ job }) => [job.value.id, job.value]));
+  const named = [...jobs.values()].flatMap(({ skipped }) => skipped);
+  const number = [...jobs.values()].reduce((sum, { skipped_count }) => sum + skipped_count, 0);
+  return { files: [...unsent, ...named], count: unsent.length + number };
+}
+
 function grouped(uploads: readonly Upload[]): Map<At["is"], Upload[]> {
   const groups = new Map<At["is"], Upload[]>();
   for (const upload of uploads) {
@@ -164,41 +183,6 @@ function grouped(uploads: readonly Upload[]): Map<At["is"], Upload[]> {
     else groups.set(is, [upload]);
   }
   return groups;
-}
-
-/** Take from a queue what goes into one request; an archive goes alone, so that its job is its own. */
-function nextBatch(queue: Upload[]): Upload[] {
-  let size = 0;
-  let files = 0;
-  for (const { file, name } of queue) {
-    if (files > 0 && (files === BATCH_FILES || size + file.size > BATCH_BYTES || isArchive(name))) break;
-    files++;
-    size += file.size;
-    if (isArchive(name)) break;
-  }
-  return queue.splice(0, files);
-}
-
-/** Which shape each file is: they come in the files' order, equal files being one. */
-async function pairUp(batch: readonly Upload[], shapes: readonly Shape[]): Promise<(Shape | null)[]> {
-  if (batch.some(({ name }) => isArchive(name))) return [];
-  if (shapes.length === batch.length) return [...shapes];
-  const firsts: File[] = [];
-  const places: number[] = [];
-  for (const { file } of batch) {
-    let place = 0;
-    while (place < firsts.length && !(await areEqual(firsts[place]!, file))) place++;
-    if (place === firsts.length) firsts.push(file);
-    places.push(place);
-  }
-  return firsts.length === shapes.length ? places.map((place) => shapes[place] ?? null) : [];
-}
-
-async function areEqual(one: File, other: File): Promise<boolean> {
-  if (one.size !== other.size) return false;
-  const [a, b] = await Promise.all([one.arrayBuffer(), other.arrayBuffer()]);
-  const [x, y] = [new Uint8Array(a), new Uint8Array(b)];
-  return x.every((value, i) => value === y[i]);
 }
 
 function fail(uploads: readonly Upload[], problem: Problem): void {

@@ -7,7 +7,9 @@ import type { Job, JobError, Shape } from "../../api/types";
 import { sentence } from "../../ui/basics";
 import { asProblem } from "../../ui/loading";
 import { count, fileName } from "../../ui/words";
-import { isArchive } from "./files";
+import { cleanPath } from "./batches";
+import type { Sent } from "./files";
+import { isArchive } from "./kinds";
 import { each, Turns } from "./pool";
 import { tryAgain } from "./retry";
 
@@ -21,15 +23,13 @@ export type At =
   /** Sending it, or its job, was stopped. */
   | { is: "stopped"; work: Work | null };
 
-export interface Upload {
+export interface Upload extends Sent {
   readonly id: number;
-  readonly file: File;
-  readonly name: string;
   readonly at: Signal<At>;
   tries: number;
 }
 
-interface Part {
+export interface Part {
   upload: Upload;
   /** Null for an archive, of which many come, and where it is not known which file a shape is of. */
   shape: Shape | null;
@@ -163,7 +163,10 @@ export class Work {
 
   private placeByJob(upload: Upload): void {
     const { errors, progress, state } = this.job.value;
-    const own = isArchive(upload.name) ? errors : errors.filter(({ item }) => item === fileName(upload.name));
+    const path = cleanPath(upload.name);
+    const own = isArchive(upload.name)
+      ? errors
+      : errors.filter(({ item }) => item === path || item === fileName(path));
     if (state === "cancelled") upload.at.value = { is: "stopped", work: this };
     else if (own.length > 0) upload.at.value = { is: "failed", reason: inWords(own, progress.total), work: this };
     else {

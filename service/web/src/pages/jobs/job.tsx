@@ -8,6 +8,7 @@ import { linkTo } from "../../router";
 import { Badge, Heading, JobBar, sentence, Trouble } from "../../ui/basics";
 import { asProblem, useEvery, useLoad } from "../../ui/loading";
 import { notifyProblem } from "../../ui/toasts";
+import { SkippedFiles } from "../../ui/skipped";
 import { count, duration } from "../../ui/words";
 import { JobButtons } from "./buttons";
 import { STATES, titleOf } from "./words";
@@ -56,6 +57,11 @@ function Watched(props: { begun: Job }) {
         <Facts job={job} />
       </section>
       <Errors job={job} />
+      {job.skipped_count > 0 && (
+        <section class="panel" aria-label="What was skipped">
+          <SkippedFiles files={job.skipped} count={job.skipped_count} />
+        </section>
+      )}
     </>
   );
 }

@@ -129,6 +129,7 @@ function Row(props: { job: Job; changed: (job: Job) => void }) {
         {hasEnded(job) ? (
           <span class="quiet">
             {job.progress.done} of {job.progress.total} {job.progress.unit}
+            {job.skipped_count > 0 && `, ${count(job.skipped_count, "file")} skipped`}
           </span>
         ) : (
           <JobBar job={job} label={titleOf(job)} />

@@ -3,9 +3,10 @@
 import { useState } from "preact/hooks";
 import type { Shape } from "../../api/types";
 import { Field } from "../../ui/basics";
-import { HOWS, isField, type How, type Test } from "./filters";
+import { foldersOf } from "../../ui/words";
+import { howsOf, isField, type How, type Test } from "./filters";
 
-const FIELDS = ["label", "name", "transformation", "strength"] as const;
+const FIELDS = ["label", "name", "path", "transformation", "strength"] as const;
 const OTHER = "metadata";
 
 interface Props {
@@ -42,6 +43,10 @@ function OneMore({ shapes, set }: Props) {
   const [value, setValue] = useState("");
   const named = field === OTHER ? `${OTHER}.${key.trim()}` : field;
   const isWhole = value.trim() !== "" && isField(named);
+  const choose = (other: string) => {
+    setField(other);
+    if (other === "path" || !howsOf(other).includes(how)) setHow(howsOf(other)[0]!);
+  };
   const add = (event: Event) => {
     event.preventDefault();
     if (!isWhole) return;
@@ -53,7 +58,7 @@ function OneMore({ shapes, set }: Props) {
     <form class="onemore" onSubmit={add}>
       <Field label="Filter by">
         {(id) => (
-          <select id={id} value={field} onChange={(event) => setField(event.currentTarget.value)}>
+          <select id={id} value={field} onChange={(event) => choose(event.currentTarget.value)}>
             {[...FIELDS, OTHER].map((name) => (
               <option key={name}>{name}</option>
             ))}
@@ -68,7 +73,7 @@ function OneMore({ shapes, set }: Props) {
       <Field label="How">
         {(id) => (
           <select id={id} value={how} onChange={(event) => setHow(event.currentTarget.value as How)}>
-            {HOWS.map((name) => (
+            {howsOf(field).map((name) => (
               <option key={name}>{name}</option>
             ))}
           </select>
@@ -87,7 +92,7 @@ function OneMore({ shapes, set }: Props) {
               onInput={(event) => setValue(event.currentTarget.value)}
             />
             <datalist id={`${id}-known`}>
-              {known(shapes, field).map((one) => (
+              {known(shapes, field, how).map((one) => (
                 <option key={one} value={one} />
               ))}
             </datalist>
@@ -106,8 +111,9 @@ function wordsOf({ field, how, value }: Test): string {
 }
 
 /** Values that the shapes shown have there. */
-function known(shapes: readonly Shape[], field: string): string[] {
+function known(shapes: readonly Shape[], field: string, how: How): string[] {
   if (!(FIELDS as readonly string[]).includes(field)) return [];
+  if (how.endsWith("under")) return [...new Set(shapes.flatMap((shape) => foldersOf(shape.path)))].sort();
   const values = shapes.map((shape) => shape[field as (typeof FIELDS)[number]]);
   return [...new Set(values.filter((value) => value !== null).map(String))].sort();
 }

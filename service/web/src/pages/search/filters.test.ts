@@ -56,4 +56,28 @@ describe("filters for the service", () => {
       must: [{ field: "metadata.year", in: ["3", 3] }],
     });
   });
+
+  it("take folders as alternatives, together with whole paths", () => {
+    const inCats: Test = { field: "path", how: "under", value: "animals/cats" };
+    expect(filterOf([inCats])).toEqual({ must: [{ field: "path", under: "animals/cats" }] });
+    expect(
+      filterOf([CAT, inCats, { ...inCats, value: "dogs" }, { field: "path", how: "is", value: "fish/1.off" }]),
+    ).toEqual({
+      must: [{ field: "label", in: ["cat"] }],
+      should: [
+        { field: "path", under: "animals/cats" },
+        { field: "path", under: "dogs" },
+        { field: "path", in: ["fish/1.off"] },
+      ],
+    });
+    expect(filterOf([{ ...inCats, how: "not under" }])).toEqual({
+      must_not: [{ field: "path", under: "animals/cats" }],
+    });
+  });
+
+  it("test folders of paths alone", () => {
+    expect(testsOf('[["label","under","cat"]]')).toEqual([]);
+    expect(testsOf('[["path","at least","cat"]]')).toEqual([]);
+    expect(testsOf('[["path","under","cat"]]')).toHaveLength(1);
+  });
 });

@@ -8,7 +8,6 @@ import { Thumbnail } from "../../ui/basics";
 import { useLoad } from "../../ui/loading";
 import { count, fileName } from "../../ui/words";
 
-const MESHES = ".off,.obj,.ply,.stl,.glb,.gltf,.3mf";
 const SHOWN = 12;
 
 /** A place for a mesh: dropped, chosen, or pasted with the keyboard's way to the button. */
@@ -38,7 +37,6 @@ export function DropZone(props: { send: (file: File) => void; isBusy: boolean; s
         ref={input}
         class="unseen"
         type="file"
-        accept={MESHES}
         tabIndex={-1}
         aria-label="Mesh to search with"
         onChange={(event) => {
@@ -49,7 +47,7 @@ export function DropZone(props: { send: (file: File) => void; isBusy: boolean; s
       <button type="button" class="main" disabled={props.isBusy} onClick={() => input.current?.click()}>
         {props.small ? "Another mesh" : "Choose a mesh"}
       </button>
-      {!props.small && <p class="quiet">OFF, OBJ, PLY, STL, GLB, glTF or 3MF. It is not added to the collection.</p>}
+      {!props.small && <p class="quiet">OFF, OBJ, PLY, STL, glTF, 3MF, VTK and others, compressed or not. It is not added to the collection.</p>}
     </div>
   );
 }

@@ -1,5 +1,6 @@
 // One shape: to be turned, its numbers, its spectrum, its fields in colours, shapes like it.
 
+import type { ComponentChildren } from "preact";
 import { useState } from "preact/hooks";
 import { ask, hasKey, send, urlOf } from "../../api/client";
 import type { QueryResult, Shape, Spectrum } from "../../api/types";
@@ -9,7 +10,7 @@ import { linkTo, route } from "../../router";
 import { Badge, Empty, Heading, Similarity, Thumbnail, Trouble } from "../../ui/basics";
 import { useEvery, useLoad } from "../../ui/loading";
 import { notifyProblem } from "../../ui/toasts";
-import { ago, brief, fileName, grouped } from "../../ui/words";
+import { ago, brief, fileName, foldersOf, grouped } from "../../ui/words";
 import { Look } from "./look";
 import "./shape.css";
 
@@ -68,7 +69,8 @@ function One(props: { shape: Shape }) {
 
 function Facts(props: { shape: Shape }) {
   const { shape } = props;
-  const facts: [string, string | null][] = [
+  const facts: [string, ComponentChildren][] = [
+    ["Path", <PathOf key="path" shape={shape} />],
     ["Vertices", shape.n_vertices === null ? null : grouped(shape.n_vertices)],
     ["Faces", shape.n_faces === null ? null : grouped(shape.n_faces)],
     ["Area", shape.area === null ? null : `${brief(shape.area)} in the file's unit, squared`],
@@ -92,17 +94,50 @@ function Facts(props: { shape: Shape }) {
             </div>
           ))}
       </dl>
-      <h3>Repairs</h3>
-      {shape.repairs.length === 0 ? (
-        <p class="quiet">None were needed.</p>
+      <Notes title="Repairs" notes={shape.repairs} none="None were needed." isKnown={shape.state === "ready"} />
+      <Notes
+        title="Left alone"
+        notes={shape.found}
+        none="There was nothing but the mesh in the file."
+        isKnown={shape.state === "ready"}
+      />
+    </section>
+  );
+}
+
+/** Where it lay; a click on a folder shows what else is there. */
+function PathOf({ shape }: { shape: Shape }) {
+  return (
+    <>
+      {foldersOf(shape.path).map((folder) => (
+        <span key={folder}>
+          <a href={linkTo(["collections", shape.collection], { path: folder })} title={`Shapes in ${folder}`}>
+            {fileName(folder)}
+          </a>
+          /
+        </span>
+      ))}
+      {fileName(shape.path)}
+    </>
+  );
+}
+
+function Notes(props: { title: string; notes: readonly string[]; none: string; isKnown: boolean }) {
+  const { title, notes } = props;
+  if (notes.length === 0 && !props.isKnown) return null;
+  return (
+    <>
+      <h3>{title}</h3>
+      {notes.length === 0 ? (
+        <p class="quiet">{props.none}</p>
       ) : (
         <ul>
-          {shape.repairs.map((repair) => (
-            <li key={repair}>{repair}</li>
+          {notes.map((note) => (
+            <li key={note}>{note}</li>
           ))}
         </ul>
       )}
-    </section>
+    </>
   );
 }
 
