@@ -150,7 +150,7 @@ def main() -> None:
     parser.add_argument("--meshlab", default=sys.executable, help="a Python that has pymeshlab")
     parser.add_argument("--all", action="store_true", help="a line for each of many alike")
     asked = parser.parse_args()
-    console, messages = Console(soft_wrap=True, width=120), Console(stderr=True)
+    console, messages = Console(soft_wrap=True, width=150), Console(stderr=True)
     if asked.saved is not None:
         show(json.loads(asked.saved.read_text()), console, whole=asked.all)
         return

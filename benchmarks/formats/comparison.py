@@ -101,6 +101,8 @@ def report(record: Record) -> Iterator[Line]:
 
 def differences(ours: Answer, theirs: Answer) -> list[str]:
     """Return how two meshes differ by more than rounding, empty where they do not."""
+    if ours["faces"] and not theirs["faces"]:
+        return [f"no faces, ours {ours['faces']:,}"]
     low, high = np.array(ours["low"]), np.array(ours["high"])
     size = float(np.linalg.norm(high - low)) or 1.0
     farthest = float(max(np.abs(low).max(), np.abs(high).max()))

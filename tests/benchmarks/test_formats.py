@@ -56,6 +56,7 @@ def test_polygons_are_cut_into_triangles() -> None:
     ("other", "words"),
     [
         (known(1 + 1e-7), []),
+        (facts(BODY.vertices, BODY.faces[:0]), ["no faces, ours 320"]),
         (known(shift=100.0), ["the same size at another place"]),
         (facts(BODY.vertices[:, [1, 2, 0]], BODY.faces), ["the axes are others"]),
     ],
