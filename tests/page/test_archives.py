@@ -11,6 +11,7 @@ from playwright.sync_api import Locator, Page, expect
 
 from tests.page.conftest import Running, Seen
 from tests.page.test_collections import a_collection, fish
+from tests.page.test_every_page import serious_faults
 from workers.geometry.formats import parse, write
 
 pytestmark = pytest.mark.slow
@@ -65,13 +66,16 @@ def test_an_archive_of_one_model_is_one_shape(running: Running, seen: Seen, tmp_
     expect(uploads).to_contain_text(re.compile("1 of 1 file ready, . skipped"))
     expect_skipped(uploads)
     card = page.get_by_role("listitem").filter(has_text="scene.gltf")
-    expect(card).to_contain_text("in models/fish")
+    expect(card).to_contain_text("models/fish")
     expect(page.get_by_role("heading", name="1 shape", exact=True)).to_be_visible()
+
+    assert serious_faults(page) == []
 
     jobs = page.request.get(f"{running.url}/v1/jobs?collection=archives").json()["items"]
     assert len(jobs) == 1
     page.goto(f"{running.url}/#/jobs/{jobs[0]['id']}")
     expect_skipped(page.get_by_role("main"))
+    assert serious_faults(page) == []
 
     page.goto(f"{running.url}/#/collections/archives")
     card.get_by_role("link", name=re.compile("scene")).click()

@@ -5,7 +5,7 @@ import type { Shape } from "../../api/types";
 import { linkTo } from "../../router";
 import { Badge, sentence, Thumbnail } from "../../ui/basics";
 import { notify, notifyProblem } from "../../ui/toasts";
-import { fileName, foldersOf, shortPath } from "../../ui/words";
+import { fileName, foldersOf } from "../../ui/words";
 import { tryAgain } from "./retry";
 
 const IN_WORDS = { queued: "waiting", processing: "being computed", ready: "ready", failed: "failed" };
@@ -48,8 +48,8 @@ export function ShapeCard(props: Props) {
       </a>
       <small class="quiet name">{shape.label ?? "no label"}</small>
       {shape.path !== name && (
-        <small class="quiet name" title={shape.path}>
-          {folder === "" ? shape.path : `in ${shortPath(folder)}`}
+        <small class="quiet name folder" title={shape.path}>
+          <bdi>{folder || shape.path}</bdi>
         </small>
       )}
       <div class="foot">

@@ -1,7 +1,7 @@
 import { describe, expect, it } from "vitest";
 import type { Job, Shape } from "../../api/types";
 import { cleanPath, filesOf, nextBatch, outcomes } from "./batches";
-import { pickChosen, type Picked, type Sent } from "./files";
+import { pickChosen, pickDropped, type Picked, type Sent } from "./files";
 import { clutter, isArchive, isMesh } from "./kinds";
 
 /** Files as a browser gives those of a folder. */
@@ -107,6 +107,35 @@ describe("files of a folder", () => {
       ["broken.gltf", []],
       ["null.gltf", []],
     ]);
+  });
+});
+
+/** A file or folder as a browser gives what was dropped; folders tell their entries in two pieces. */
+function entry(path: string, content: string | FileSystemEntry[] | null): FileSystemEntry {
+  const own = { name: path.split("/").at(-1)!, fullPath: path, isDirectory: Array.isArray(content) };
+  if (!Array.isArray(content)) {
+    const file = (resolve: (file: File) => void, reject: (error: Error) => void) =>
+      content === null ? reject(new Error("gone")) : resolve(new File([content], own.name));
+    return { ...own, file } as unknown as FileSystemEntry;
+  }
+  const pieces = [content.slice(0, 1), content.slice(1), []];
+  const createReader = () => ({ readEntries: (resolve: (some: FileSystemEntry[]) => void) => resolve(pieces.shift()!) });
+  return { ...own, createReader } as unknown as FileSystemEntry;
+}
+
+describe("what is dropped", () => {
+  it("is walked through, and what cannot be read is named", async () => {
+    const cats = entry("/zoo/cats", [entry("/zoo/cats/2.off", "OFF"), entry("/zoo/cats/gone.off", null)]);
+    const dropped = entry("/zoo", [entry("/zoo/z.off", "OFF"), cats, entry("/zoo/.git", [entry("/zoo/.git/a.off", "OFF")])]);
+    const loose = new File(["OFF"], "loose.off");
+    const items = [
+      { kind: "file", webkitGetAsEntry: () => dropped, getAsFile: () => null },
+      { kind: "file", webkitGetAsEntry: () => null, getAsFile: () => loose },
+      { kind: "string" },
+    ];
+    const picked = await pickDropped({ items } as unknown as DataTransfer);
+    expect(namesOf(picked.files)).toEqual(["zoo/cats/2.off", "zoo/z.off", "loose.off"]);
+    expect(picked.skipped).toEqual([{ item: "zoo/cats/gone.off", detail: "could not be read" }]);
   });
 });
 
