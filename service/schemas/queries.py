@@ -56,7 +56,10 @@ def _bounds_of(kind: str) -> JsonDict:
 
 def _describe_condition(schema: JsonDict) -> None:
     """Say in the schema that a condition has exactly one test."""
-    tests: list[JsonDict] = [{"required": [name]} for name in ("equals", "in", "range")]
+    not_under: JsonDict = {"required": ["under"]}
+    tests: list[JsonDict] = [
+        {"required": [name], "not": not_under} for name in ("equals", "in", "range")
+    ]
     under: JsonDict = {"required": ["under"], "properties": {"field": {"const": "path"}}}
     schema["oneOf"] = [*tests, under]
 

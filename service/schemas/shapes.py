@@ -3,7 +3,7 @@
 from datetime import datetime
 from typing import Any, Literal
 
-from pydantic import ConfigDict, Field
+from pydantic import ConfigDict, Field, field_validator
 from pydantic.config import JsonDict
 
 from service.schemas.jobs import JOB_EXAMPLE, JobAnswer
@@ -104,6 +104,13 @@ class UploadFields(Body):
     label: Label | None = None
     metadata: Metadata | None = None
     labels_from_folders: bool = True
+
+    @field_validator("labels_from_folders", mode="before")
+    @classmethod
+    def _true_or_false(cls, value: object) -> object:
+        if isinstance(value, str) and value not in {"true", "false"}:
+            raise ValueError(f"expected true or false, found {value[:20]!r}")
+        return value
 
 
 class UploadAnswer(Answer):

@@ -225,11 +225,11 @@ def test_instances_count_against_the_limits() -> None:
         parse(as_bytes(document), limits=MeshLimits(vertices=100))
 
 
-def test_a_zip_of_something_else_is_unsupported() -> None:
+def test_a_zip_of_something_else_says_what_is_in_it() -> None:
     file = io.BytesIO()
     with zipfile.ZipFile(file, "w") as archive:
         archive.writestr("readme.txt", "hello")
-    with pytest.raises(UnsupportedFormatError, match="zip archive without a 3MF model"):
+    with pytest.raises(InvalidMeshError, match="the archive holds no mesh, only 1 text"):
         parse(file.getvalue(), filename="thing.3mf")
 
 

@@ -14,6 +14,7 @@ from workers.geometry.mesh import TriangleMesh
 from workers.geometry.topology import surface_components
 
 MOST_DESCRIBED = 32  # components that are solved; one stands for many if there are more
+FRAGMENT = 0.1  # share of the area around which a part turns from a fragment into body
 LEAST_WEIGHT = 1e-12  # what counts less is not solved: a thousandth in the distance of `proteus`
 FINEST_RUNS = 1024  # more components than these are weighed in runs of nearly equal areas
 
@@ -30,30 +31,17 @@ class Component:
         How much it counts, with all that it stands for; the weights of a surface sum to 1.
     copies : float
         Area of all that it stands for, over its own.
+    body : float
+        Area of the body that it belongs to, over its own: 1 of a body with next to no fragments.
     """
 
     mesh: TriangleMesh
     weight: float
     copies: float
+    body: float
 
 
-@dataclass(frozen=True, eq=False)
-class Components:
-    """The connected parts of a surface that are described.
-
-    Attributes
-    ----------
-    parts : tuple of Component
-        The largest first.
-    equal_parts : float
-        1 / Σ weight² over all components: as many equal ones would have the same.
-    """
-
-    parts: tuple[Component, ...]
-    equal_parts: float
-
-
-def described_components(mesh: TriangleMesh) -> Components:
+def described_components(mesh: TriangleMesh) -> tuple[Component, ...]:
     """Choose the components of a surface by which it is described.
 
     Parameters
@@ -63,16 +51,17 @@ def described_components(mesh: TriangleMesh) -> Components:
 
     Returns
     -------
-    Components
-        At most 32, and the mesh itself where it is connected. Of more components, sorted by area,
-        the middle one of each run stands for the run. Runs have equal sums of the square roots of
-        the weights, so that heavy components stand for themselves.
+    tuple of Component
+        The largest first, at most 32, and the mesh itself where it is connected. Of more
+        components, sorted by area, the middle one of each run stands for the run. Runs have equal
+        sums of the square roots of the weights, so that heavy components stand for themselves.
     """
     labels = surface_components(mesh)  # (m,)
     areas: FloatArray = np.bincount(labels, weights=mesh.face_areas).astype(np.float64)  # (c,)
     if len(areas) == 1:
-        return Components((Component(mesh, 1.0, 1.0),), 1.0)
-    weights = component_weights(areas)
+        return (Component(mesh, 1.0, 1.0, 1.0),)
+    counted = counted_shares(areas)
+    weights, shares = counted / counted.sum(), areas / areas.sum()
     order = np.argsort(-areas, kind="stable")
     parts = []
     for run in _runs(order, weights):
@@ -80,17 +69,19 @@ def described_components(mesh: TriangleMesh) -> Components:
         if weight >= LEAST_WEIGHT:
             middle = run[len(run) // 2]
             copies = float(areas[run].sum() / areas[middle])
-            parts.append(Component(_cut_out(mesh, labels == middle), weight, copies))
-    return Components(tuple(parts), float(1.0 / (weights**2).sum()))
+            body = float(counted.sum() / shares[middle])
+            parts.append(Component(_cut_out(mesh, labels == middle), weight, copies, body))
+    return tuple(parts)
 
 
-def component_weights(areas: FloatArray) -> FloatArray:
-    """How much components count in the description of their surface.
+def counted_shares(areas: FloatArray) -> FloatArray:
+    """How much of the area of each component counts as body.
 
-    A component of share s counts s t³. Here t is the share of all that is about its size or
-    smaller: Σ s_j s_i² / (s_i² + s_j²). So fragments that make up the share t together have the
-    weight t⁴, and shift the distance of the model `proteus`, which grows with the fourth root of a
-    difference, in proportion to t. Components of equal areas have equal weights.
+    Of a component of share s the part t³ / (t³ + c³) counts, c = 0.1. Here t is the share of all
+    that is about its size or smaller: Σ s_j s_i² / (s_i² + s_j²). So pieces of a body that was cut
+    count by their areas. Fragments of a share t far below c count about t⁴ / c³, so that they shift
+    the distance of the model `proteus`, which grows with the fourth root of a difference, in
+    proportion to t.
 
     Parameters
     ----------
@@ -100,19 +91,19 @@ def component_weights(areas: FloatArray) -> FloatArray:
     Returns
     -------
     (c,) float64
-        They sum to 1.
+        In units of the total area; of a body beside next to nothing it is the body's share.
     """
     shares = areas / areas.sum()
     order = np.argsort(-shares, kind="stable")
     runs = np.array_split(shares[order], min(len(shares), FINEST_RUNS))
+    lengths = [len(run) for run in runs]
     totals = np.array([run.sum() for run in runs])  # (r,)
-    squares = (totals / np.array([len(run) for run in runs])) ** 2  # (r,) of the mean share
+    squares = (totals / lengths) ** 2  # (r,) of the mean share
     smaller = (squares[:, None] / (squares[:, None] + squares)) @ totals  # (r,) t
-    factors = np.repeat(smaller**3, [len(run) for run in runs])  # (c,)
-    weights = np.empty(len(shares))
-    weights[order] = shares[order] * factors
-    normalised: FloatArray = weights / weights.sum()
-    return normalised
+    factors = smaller**3 / (smaller**3 + FRAGMENT**3)  # (r,)
+    counted = np.empty(len(shares))
+    counted[order] = shares[order] * np.repeat(factors / factors.max(), lengths)
+    return counted
 
 
 def _runs(order: IntArray, weights: FloatArray) -> list[IntArray]:

@@ -290,7 +290,7 @@ def prepare(mesh: TriangleMesh, view: View) -> PreparedMesh:
         mesh, said = _STEPS[step.name](mesh, step.parameters)
         if mesh is not before:
             mesh = without_useless_faces(mesh)
-        if mesh.n_faces < FEWEST_FACES:
+        if mesh.n_faces < min(FEWEST_FACES, before.n_faces):  # a component may have fewer
             raise InvalidMeshError(
                 f"step {step.name!r} of the view {view.name!r} left {mesh.n_faces} of "
                 f"{before.n_faces:,} faces with area, expected at least {FEWEST_FACES}: the shape "

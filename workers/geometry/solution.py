@@ -28,11 +28,14 @@ class Part:
         How much it counts; the weights of a surface sum to 1.
     copies : float
         Area of all components that it stands for, over its own.
+    body : float
+        Area of the body that it belongs to, over its own.
     """
 
     solution: "Solution"
     weight: float
     copies: float
+    body: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,15 +52,12 @@ class Solution:
         What `sample_surface` gave, by the number of points, as far as it was asked for.
     parts : tuple of Part
         The components that are described, where there are several; none of a connected surface.
-    equal_parts : float
-        1 / Σ weight² over all components; 1 of a connected surface.
     """
 
     mesh: TriangleMesh
     spectrum: Spectrum
     samples: Mapping[int, SurfaceSample] = field(default_factory=dict)
     parts: tuple[Part, ...] = ()
-    equal_parts: float = 1.0
     _drawn: dict[int, SurfaceSample] = field(default_factory=dict, init=False, repr=False)
 
     def sample(self, count: int = SAMPLES) -> SurfaceSample:
@@ -123,33 +123,31 @@ def solve(mesh: TriangleMesh, view: View) -> Solution:
         The eigenpairs could not be certified.
     """
     components = described_components(mesh)
-    if len(components.parts) == 1:
-        return _solve_connected(components.parts[0].mesh, view)
+    if len(components) == 1:
+        return _solve_connected(components[0].mesh, view)
     parts: list[Part] = []
     lost, error = 0.0, None
-    for component in components.parts:
+    for component in components:
         own = view.for_share(component.weight)
         try:
             solution = _solve_connected(component.mesh, own)
         except (InvalidMeshError, SpectrumError) as caught:
             lost, error = lost + component.weight, error or caught
         else:
-            parts.append(Part(solution, component.weight, component.copies))
+            parts.append(Part(solution, component.weight, component.copies, component.body))
     if error and lost >= MOST_LOST:
         raise error
     found = [replace(part, weight=part.weight / (1.0 - lost)) for part in parts]
-    return united(found, components.equal_parts)
+    return united(found)
 
 
-def united(parts: Sequence[Part], equal_parts: float) -> Solution:
+def united(parts: Sequence[Part]) -> Solution:
     """The solution of a surface of several components.
 
     Parameters
     ----------
     parts : sequence of Part
         Its components, at least one.
-    equal_parts : float
-        1 / Σ weight² over all components.
 
     Returns
     -------
@@ -174,7 +172,7 @@ def united(parts: Sequence[Part], equal_parts: float) -> Solution:
         eigenvectors[rows, mine] = spectrum.eigenvectors[:, columns[chosen[mine]]]
     areas = np.concatenate([spectrum.areas for spectrum in spectra])
     spectrum = Spectrum(values[chosen], eigenvectors, areas, float(areas.sum()))
-    return Solution(mesh, spectrum, parts=tuple(parts), equal_parts=equal_parts)
+    return Solution(mesh, spectrum, parts=tuple(parts))
 
 
 def _solve_connected(mesh: TriangleMesh, view: View) -> Solution:

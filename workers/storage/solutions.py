@@ -95,7 +95,7 @@ def store_solution(
         arrays |= {
             "weights": np.array([part.weight for part in solution.parts]),
             "copies": np.array([part.copies for part in solution.parts]),
-            "equal_parts": np.array(solution.equal_parts),
+            "bodies": np.array([part.body for part in solution.parts]),
         }
     arrays["cleaned"] = _digest(cleaned)
     blobs.put(spectrum_key(sha256, view.key), pack(arrays))
@@ -167,13 +167,12 @@ def _read(arrays: Mapping[str, NDArray[Any]]) -> Solution:
     if "weights" not in arrays:
         return _read_connected(arrays)
     parts = []
-    for number, (weight, copies) in enumerate(
-        zip(arrays["weights"].tolist(), arrays["copies"].tolist(), strict=True)
-    ):
+    numbers = (arrays[name].tolist() for name in ("weights", "copies", "bodies"))
+    for number, (weight, copies, body) in enumerate(zip(*numbers, strict=True)):
         prefix = f"{number}/"
         own = {k.removeprefix(prefix): v for k, v in arrays.items() if k.startswith(prefix)}
-        parts.append(Part(_read_connected(own), weight, copies))
-    return united(parts, float(arrays["equal_parts"]))
+        parts.append(Part(_read_connected(own), weight, copies, body))
+    return united(parts)
 
 
 def _read_connected(arrays: Mapping[str, NDArray[Any]]) -> Solution:

@@ -1,12 +1,13 @@
 """The area: the one channel that sees nothing but scale."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
 
 from workers.geometry.arrays import FloatArray
-from workers.geometry.solution import Solution
+from workers.geometry.solution import Part, Solution
 from workers.retrieval.channels.axis import Axis
 from workers.retrieval.channels.base import Channel
 
@@ -42,19 +43,19 @@ class AreaChannel(Channel):
         logarithm: FloatArray = np.log([solution.spectrum.area])
         return logarithm
 
-    def combined(self, solution: Solution) -> FloatArray:
+    def combined(self, parts: Sequence[Part]) -> FloatArray:
         """Logarithm of the area of all components together.
 
         Parameters
         ----------
-        solution : Solution
-            With parts.
+        parts : sequence of Part
+            All of them.
 
         Returns
         -------
         (1,) float64
         """
-        area = sum(part.copies * part.solution.spectrum.area for part in solution.parts)
+        area = sum(part.copies * part.solution.spectrum.area for part in parts)
         logarithm: FloatArray = np.log([area])
         return logarithm
 

@@ -2,7 +2,7 @@
 
 import math
 from abc import ABC, abstractmethod
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, ClassVar, Self
@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from workers.errors import InvalidRequestError, SpectrumError
 from workers.geometry.arrays import Float32Array, FloatArray, read_only
 from workers.geometry.sampling import SAMPLES
-from workers.geometry.solution import Solution
+from workers.geometry.solution import Part, Solution
 from workers.retrieval.channels.axis import Axis
 from workers.retrieval.channels.normalisation import NORMALISATIONS
 from workers.retrieval.dissimilarity import find_dissimilarity
@@ -138,24 +138,22 @@ class Channel(ABC):
                     f"channel {self.name!r} needs {self.eigenpairs_needed} eigenvalues, but the "
                     f"spectrum of this mesh with {one.mesh.n_vertices} vertices has {found}"
                 )
-        vector = self.combined(solution) if solution.parts else self.vector(solution)
+        vector = self.combined(solution.parts) if solution.parts else self.vector(solution)
         return vector.astype(np.float32)
 
-    def combined(self, solution: Solution) -> FloatArray:
-        """Vector of a surface of several components: the mean of theirs, by weight.
+    @abstractmethod
+    def combined(self, parts: Sequence[Part]) -> FloatArray:
+        """Vector of a surface of several components.
 
         Parameters
         ----------
-        solution : Solution
-            With parts.
+        parts : sequence of Part
+            All of them.
 
         Returns
         -------
         (d,) float64
         """
-        vectors = [part.weight * self.vector(part.solution) for part in solution.parts]
-        mean: FloatArray = np.sum(vectors, axis=0)
-        return mean
 
     @abstractmethod
     def vector(self, solution: Solution) -> FloatArray:

@@ -1,19 +1,21 @@
 """What channels of distributions have in common: values with weights become a vector."""
 
 from abc import abstractmethod
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
+import numpy as np
+
 from workers.diffusion.distributions import weighted_mean
 from workers.errors import KernelDomainError
 from workers.geometry.arrays import FloatArray
-from workers.geometry.solution import Solution
+from workers.geometry.solution import Part, Solution
 from workers.geometry.spectrum import Spectrum
 from workers.retrieval.channels.axis import Axis
 from workers.retrieval.channels.kernel import KernelChannel
-from workers.retrieval.channels.normalisation import normalised_spectrum
+from workers.retrieval.channels.normalisation import normalised_spectrum, part_spectra
 from workers.retrieval.channels.summaries import (
     Histogram,
     Summary,
@@ -89,7 +91,29 @@ class DistributionChannel(KernelChannel):
             The values are to be divided by their mean, which is not above 0.
         """
         spectrum = normalised_spectrum(solution.spectrum, self.normalisation)
-        values, weights = self.values(solution, spectrum)
+        return self._summary(*self.values(solution, spectrum))
+
+    def combined(self, parts: Sequence[Part]) -> FloatArray:
+        """Summary of the values of all components, each with its weight.
+
+        Parameters
+        ----------
+        parts : sequence of Part
+            All of them.
+
+        Returns
+        -------
+        (d,) float64
+        """
+        spectra = part_spectra(parts, self.normalisation)
+        found = [
+            self.values(part.solution, spectrum)
+            for part, (spectrum, _) in zip(parts, spectra, strict=True)
+        ]
+        return self._summary(*mixture(parts, found))
+
+    def _summary(self, values: FloatArray, weights: FloatArray) -> FloatArray:
+        """Histogram or quantiles, (d,)."""
         if self.normalisation == "mean":
             mean = weighted_mean(values, weights)
             if not mean > 0.0:
@@ -103,3 +127,24 @@ class DistributionChannel(KernelChannel):
     @classmethod
     def _fields_from_json(cls, value: Mapping[str, Any]) -> dict[str, Any]:
         return super()._fields_from_json(value) | {"summary": summary_from_json(value)}
+
+
+def mixture(
+    parts: Sequence[Part], found: Sequence[tuple[FloatArray, FloatArray]]
+) -> tuple[FloatArray, FloatArray]:
+    """Values of all components, with weights that sum to each component's.
+
+    Parameters
+    ----------
+    parts : sequence of Part
+        All components of a surface.
+    found : sequence of (values, weights)
+        Of each of them.
+
+    Returns
+    -------
+    values, weights : (n,) float64
+    """
+    values = [values for values, _ in found]
+    weights = [part.weight * own / own.sum() for part, (_, own) in zip(parts, found, strict=True)]
+    return np.concatenate(values), np.concatenate(weights)

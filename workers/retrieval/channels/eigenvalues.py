@@ -1,16 +1,17 @@
 """Logarithms of eigenvalues: ShapeDNA (Reuter, Wolter, Peinecke 2005)."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
 import numpy as np
 
 from workers.geometry.arrays import FloatArray, IntArray
-from workers.geometry.solution import Solution
+from workers.geometry.solution import Part, Solution
+from workers.geometry.spectrum import Spectrum
 from workers.retrieval.channels.axis import Axis
 from workers.retrieval.channels.base import Channel
-from workers.retrieval.channels.normalisation import normalised_spectrum
+from workers.retrieval.channels.normalisation import normalised_spectrum, part_spectra
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -61,28 +62,32 @@ class EigenvalueChannel(Channel):
         -------
         (d,) float64
         """
-        spectrum = normalised_spectrum(solution.spectrum, self.normalisation)
-        numbers: IntArray = np.array(self.numbers, dtype=np.int64) - 1
-        eigenvalues = spectrum.eigenvalues[numbers]  # (d,)
-        if self.normalisation == "mean":
-            eigenvalues = eigenvalues / eigenvalues.mean()
-        logarithms: FloatArray = np.log(eigenvalues)
-        return logarithms
+        return self._logarithms(normalised_spectrum(solution.spectrum, self.normalisation))
 
-    def combined(self, solution: Solution) -> FloatArray:
-        """Mean of the components' logarithms, by weight; n equal parts of area 1/n have n λ.
+    def combined(self, parts: Sequence[Part]) -> FloatArray:
+        """Mean of the components' logarithms, by weight.
 
         Parameters
         ----------
-        solution : Solution
-            With parts.
+        parts : sequence of Part
+            All of them.
 
         Returns
         -------
         (d,) float64
         """
-        shift = np.log(solution.equal_parts) if self.normalisation == "area" else 0.0
-        logarithms: FloatArray = super().combined(solution) + shift
+        found = part_spectra(parts, self.normalisation)
+        logarithms = [self._logarithms(spectrum) + rest for spectrum, rest in found]  # (d,) each
+        mean: FloatArray = np.average(logarithms, axis=0, weights=[p.weight for p in parts])
+        return mean
+
+    def _logarithms(self, spectrum: Spectrum) -> FloatArray:
+        """Logarithms of the eigenvalues that are wanted, (d,)."""
+        numbers: IntArray = np.array(self.numbers, dtype=np.int64) - 1
+        eigenvalues = spectrum.eigenvalues[numbers]  # (d,)
+        if self.normalisation == "mean":
+            eigenvalues = eigenvalues / eigenvalues.mean()
+        logarithms: FloatArray = np.log(eigenvalues)
         return logarithms
 
     def _axis_to_json(self) -> dict[str, list[float]]:

@@ -1,6 +1,6 @@
 """The distribution of ln k(x,x): how things are around each point, whatever their size."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
@@ -10,10 +10,11 @@ from workers.diffusion.distances import diagonal_signature
 from workers.diffusion.distributions import weighted_mean
 from workers.diffusion.kernels import Kernel
 from workers.geometry.arrays import FloatArray
-from workers.geometry.solution import Solution
+from workers.geometry.solution import Part, Solution
 from workers.geometry.spectrum import Spectrum
 from workers.retrieval.channels.base import NO_CENTRE
-from workers.retrieval.channels.distribution import DistributionChannel
+from workers.retrieval.channels.distribution import DistributionChannel, mixture
+from workers.retrieval.channels.normalisation import part_spectra
 
 CENTRES = (NO_CENTRE, "mean", "log-mean")
 LOG_FLOOR = 1e-9  # keeps the logarithm finite where a kernel leaves nothing, at area 1
@@ -55,22 +56,26 @@ class LogDiagonalChannel(DistributionChannel):
         """
         return log_diagonal(spectrum, self.kernel, self.centre), spectrum.areas
 
-    def combined(self, solution: Solution) -> FloatArray:
-        """Mean of the components' summaries, by weight; n equal parts of area 1/n have n k(x,x).
+    def combined(self, parts: Sequence[Part]) -> FloatArray:
+        """Summary of ln k(x,x) of all components, less the centre of them all.
 
         Parameters
         ----------
-        solution : Solution
-            With parts.
+        parts : sequence of Part
+            All of them.
 
         Returns
         -------
         (d,) float64
         """
-        seen = self.normalisation == "area" and self.centre == NO_CENTRE
-        shift = np.log(solution.equal_parts) if seen and not self.is_distribution else 0.0
-        summary: FloatArray = super().combined(solution) + shift
-        return summary
+        spectra = part_spectra(parts, self.normalisation)
+        found = [(log_diagonal(one, self.kernel) + rest, one.areas) for one, rest in spectra]
+        logarithms, weights = mixture(parts, found)
+        if self.centre == "mean":
+            logarithms = logarithms - np.log(weighted_mean(np.exp(logarithms), weights))
+        elif self.centre == "log-mean":
+            logarithms = logarithms - weighted_mean(logarithms, weights)
+        return self._summary(logarithms, weights)
 
     def to_json(self) -> dict[str, Any]:
         """As it is stored, with the centre.

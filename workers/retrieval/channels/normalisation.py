@@ -1,8 +1,16 @@
 """The scale that a channel forgets."""
 
+import math
+from collections.abc import Sequence
+
 import numpy as np
 
+from workers.geometry.solution import Part
 from workers.geometry.spectrum import Spectrum
+
+FULL, MOST = 2.0, 4.0
+"""A component that is up to a half of its body is seen in the body's scale, and from then on less
+and less: at most four times its own. Smaller, its eigenvalues would lie where no kernel looks."""
 
 NORMALISATIONS = ("none", "area", "first-eigenvalue", "mean")
 
@@ -26,3 +34,44 @@ def normalised_spectrum(spectrum: Spectrum, normalisation: str) -> Spectrum:
     if normalisation == "first-eigenvalue":
         return spectrum.rescaled(float(np.sqrt(spectrum.eigenvalues[0])))
     return spectrum
+
+
+def part_spectra(parts: Sequence[Part], normalisation: str) -> list[tuple[Spectrum, float]]:
+    """Spectra of components in the scale of the body that they make up together.
+
+    Parameters
+    ----------
+    parts : sequence of Part
+        All of a surface.
+    normalisation : str
+        One of `NORMALISATIONS`.
+
+    Returns
+    -------
+    list of (Spectrum, float)
+        For "area" the body has area 1. For "first-eigenvalue" the mean of ln λ₁, by weight, is 0.
+        The float is the logarithm of what is left of the body's area over the component's, where
+        that is more than 4 times: k(x,x) of a body of n equal components is n times theirs.
+    """
+    spectra = [part.solution.spectrum for part in parts]
+    if normalisation == "area":
+        seen = [_seen(part.body) for part in parts]
+        return [
+            (s.rescaled(1.0 / math.sqrt(s.area * x)), math.log(part.body / x))
+            for part, s, x in zip(parts, spectra, seen, strict=True)
+        ]
+    if normalisation == "first-eigenvalue":
+        first = [float(spectrum.eigenvalues[0]) for spectrum in spectra]
+        weights = [part.weight for part in parts]
+        mean = math.exp(np.average(np.log(first), weights=weights))
+        return [
+            (s.rescaled(math.sqrt(one / _seen(one / mean))), 0.0)
+            for s, one in zip(spectra, first, strict=True)
+        ]
+    return [(spectrum, 0.0) for spectrum in spectra]
+
+
+def _seen(ratio: float) -> float:
+    """The ratio itself up to `FULL`, then growing ever slower towards `MOST`."""
+    beyond = max(0.0, ratio - FULL) / (MOST - FULL)
+    return min(ratio, FULL) + (MOST - FULL) * (1.0 - math.exp(-beyond))

@@ -14,12 +14,13 @@ from numpy.typing import NDArray
 
 from workers.diffusion.kernels import HeatKernel
 from workers.geometry.arrays import FloatArray
-from workers.geometry.solution import Solution
+from workers.geometry.solution import Part, Solution
+from workers.geometry.spectrum import Spectrum
 from workers.retrieval.chamfer import DIRECTED_CHAMFER, directed_chamfer
 from workers.retrieval.channels.axis import Axis
 from workers.retrieval.channels.kernel import KernelChannel
 from workers.retrieval.channels.log_diagonal import log_diagonal
-from workers.retrieval.channels.normalisation import normalised_spectrum
+from workers.retrieval.channels.normalisation import normalised_spectrum, part_spectra
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -98,33 +99,33 @@ class PointsChannel(KernelChannel):
         -------
         (samples · t,) float64
         """
-        return self._signatures(solution, self.samples).ravel()
+        spectrum = normalised_spectrum(solution.spectrum, self.normalisation)
+        return self._signatures(solution, spectrum, self.samples).ravel()
 
-    def combined(self, solution: Solution) -> FloatArray:
+    def combined(self, parts: Sequence[Part]) -> FloatArray:
         """Signatures of points of all components: of each as many as its weight is worth.
 
         Parameters
         ----------
-        solution : Solution
-            With parts.
+        parts : sequence of Part
+            All of them.
 
         Returns
         -------
         (samples · t,) float64
         """
-        counts = shared_out(self.samples, [part.weight for part in solution.parts])
+        counts = shared_out(self.samples, [part.weight for part in parts])
+        spectra = part_spectra(parts, self.normalisation)
         signatures = [
-            self._signatures(part.solution, count)
-            for part, count in zip(solution.parts, counts, strict=True)
+            self._signatures(part.solution, spectrum, count) + rest
+            for part, (spectrum, rest), count in zip(parts, spectra, counts, strict=True)
             if count
         ]
-        shift = np.log(solution.equal_parts) if self.normalisation == "area" else 0.0
-        shifted: FloatArray = np.concatenate(signatures).ravel() + shift
-        return shifted
+        all_of_them: FloatArray = np.concatenate(signatures).ravel()
+        return all_of_them
 
-    def _signatures(self, solution: Solution, count: int) -> FloatArray:
+    def _signatures(self, solution: Solution, spectrum: Spectrum, count: int) -> FloatArray:
         """Signatures (count, t) of farthest points of a connected surface."""
-        spectrum = normalised_spectrum(solution.spectrum, self.normalisation)
         kernels = [HeatKernel(one * self.kernel.time) for one in self.time_factors]
         logarithms = np.stack([log_diagonal(spectrum, kernel) for kernel in kernels])  # (t, n)
         points = np.resize(solution.farthest_points(count), count)
