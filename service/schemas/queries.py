@@ -56,12 +56,7 @@ def _bounds_of(kind: str) -> JsonDict:
 
 def _describe_condition(schema: JsonDict) -> None:
     """Say in the schema that a condition has exactly one test."""
-    not_under: JsonDict = {"required": ["under"]}
-    tests: list[JsonDict] = [
-        {"required": [name], "not": not_under} for name in ("equals", "in", "range")
-    ]
-    under: JsonDict = {"required": ["under"], "properties": {"field": {"const": "path"}}}
-    schema["oneOf"] = [*tests, under]
+    schema["oneOf"] = [{"required": [name]} for name in ("equals", "in", "range", "under")]
 
 
 class Range(Body):
@@ -108,7 +103,7 @@ class Condition(Body):
     )
     range: Range | SkipJsonSchema[None] = None
     under: Annotated[Text, StringConstraints(max_length=1024)] | SkipJsonSchema[None] = Field(
-        None, description="of `path` alone: a folder, and all that is below it passes"
+        None, description="a folder, which passes with all that is below it: of `path`, or any text"
     )
 
     @model_validator(mode="after")
@@ -117,8 +112,6 @@ class Condition(Body):
         empty = {name for name in given - {"equals"} if getattr(self, name) is None}
         if len(given) != 1 or empty:
             raise ValueError("give exactly one of equals, in, range and under")
-        if self.under is not None and self.field != "path":
-            raise ValueError("under tests the path alone")
         return self
 
     def to_value(self) -> filters.Condition:

@@ -331,13 +331,10 @@ export interface components {
             range?: components["schemas"]["Range"];
             /**
              * Under
-             * @description of `path` alone: a folder, and all that is below it passes
+             * @description a folder, which passes with all that is below it: of `path`, or any text
              */
             under?: string;
-        } & (unknown | unknown | unknown | {
-            /** @constant */
-            field?: "path";
-        });
+        } & (unknown | unknown | unknown | unknown);
         /**
          * Differences
          * @description How much better a model is than the first one, on the same resamplings of labels.
