@@ -11,6 +11,7 @@ from workers.geometry.cleaning import clean
 from workers.geometry.mesh import TriangleMesh
 from workers.geometry.solution import solve
 from workers.retrieval.builtin import built_in_models
+from workers.retrieval.channels.normalisation import part_spectra
 from workers.retrieval.model import Model, describe
 from workers.retrieval.scan import distances, rerank
 from workers.storage.shipped_models import shipped_model
@@ -89,3 +90,15 @@ def test_the_area_of_many_parts_is_that_of_all() -> None:
     solution = solve(clean(heap(octahedron(), 100, 1)).mesh, model.views[0])
     area = sum(part.copies * part.solution.spectrum.area for part in solution.parts)
     assert area == pytest.approx(100 * octahedron().area)
+
+
+def test_pieces_of_a_body_are_seen_in_its_scale_and_small_parts_at_most_as_a_fourth() -> None:
+    model = MODELS["heat"]
+    halves = solve(clean(heap(BODY, 2, 1)).mesh, model.views[0]).parts
+    for spectrum, rest in part_spectra(halves, "area"):
+        assert spectrum.area == pytest.approx(0.5)
+        assert rest == pytest.approx(0.0)
+    many = solve(clean(heap(octahedron(), 60, 1)).mesh, model.views[0]).parts
+    for spectrum, rest in part_spectra(many, "area"):
+        assert 0.25 <= spectrum.area < 0.26
+        assert rest == pytest.approx(np.log(60.0 * spectrum.area))

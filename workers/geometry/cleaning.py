@@ -42,11 +42,13 @@ class CleanedMesh:
 def clean(mesh: TriangleMesh) -> CleanedMesh:
     """Repair a mesh; all thresholds are relative, so that units do not matter.
 
-    Drops unreferenced vertices, leaves out strays (faces at vertices that are not finite or
-    absurdly far away), merges vertices that lie on each other, drops faces without
-    area and repeated faces (of either winding), closes seams between open edges, see `sew`, and
-    drops debris, see `without_debris`, and one side of walls without thickness, see
-    `doubled_faces`.
+    - Unreferenced vertices are dropped.
+    - Strays go: faces at vertices that are not finite or absurdly far away.
+    - Vertices that lie on each other are merged.
+    - Faces without area and repeated faces, of either winding, are dropped.
+    - Seams between open edges are closed, see `sew`.
+    - Debris goes, see `without_debris`.
+    - One side of a wall without thickness goes, see `doubled_faces`.
 
     Parameters
     ----------

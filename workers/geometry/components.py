@@ -79,8 +79,8 @@ def counted_shares(areas: FloatArray) -> FloatArray:
 
     Of a component of share s the part t³ / (t³ + c³) counts, c = 0.1. Here t is the share of all
     that is about its size or smaller: Σ s_j s_i² / (s_i² + s_j²). So pieces of a body that was cut
-    count by their areas. Fragments of a share t far below c count about t⁴ / c³, so that they shift
-    the distance of the model `proteus`, which grows with the fourth root of a difference, in
+    count by their areas. Fragments of a share t far below c count about t⁴ / c³. The distance of
+    the model `proteus` grows with the fourth root of a difference. So fragments shift it in
     proportion to t.
 
     Parameters

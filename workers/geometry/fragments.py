@@ -37,7 +37,7 @@ class WithoutDebris:
 def without_debris(mesh: TriangleMesh) -> WithoutDebris:
     """Find the components that have less than a ten-thousandth of the area.
 
-    If all of these together had 1 % or more of the area, only the smallest of them go.
+    If all of these together have 1 % or more of the area, they stay: they are no debris.
 
     Parameters
     ----------
@@ -47,15 +47,14 @@ def without_debris(mesh: TriangleMesh) -> WithoutDebris:
     Returns
     -------
     WithoutDebris
-        Components of one area go or stay together.
+        Without the debris of the mesh; what is left has none.
     """
     labels = surface_components(mesh)  # (m,)
     areas = np.bincount(labels, weights=mesh.face_areas)  # (c,)
     total = float(areas.sum())
-    sizes, place, counts = np.unique(areas, return_inverse=True, return_counts=True)
-    together = np.cumsum(sizes * counts)  # (s,) of all components up to that size
-    is_debris = (sizes < LARGEST_DEBRIS * total) & (together < MOST_DEBRIS * total)
-    gone = is_debris[place.reshape(-1)]  # (c,)
+    gone = areas < LARGEST_DEBRIS * total  # (c,)
+    if areas[gone].sum() >= MOST_DEBRIS * total:
+        gone[:] = False
     faces = np.flatnonzero(~gone[labels])
     kept = (np.cumsum(~gone) - 1)[labels[faces]]  # (m,)
     return WithoutDebris(faces, int(gone.sum()), float(areas[gone].sum()) / total, kept)
