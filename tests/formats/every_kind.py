@@ -7,7 +7,10 @@ from tests.formats.kinds import REGISTER, Kind
 
 
 def every_kind() -> list[Kind]:
-    """Import the modules ``*_files.py`` beside this one; their kinds, module after module."""
+    """Import the modules ``*_files.py`` beside this one; their kinds, module after module.
+
+    The order is the same whichever module was imported first.
+    """
     for path in sorted(Path(__file__).parent.glob("*_files.py")):
         importlib.import_module(f"tests.formats.{path.stem}")
-    return list(REGISTER.kinds)
+    return sorted(REGISTER.kinds, key=lambda kind: kind.build.__module__)
