@@ -12,7 +12,8 @@ export interface Loaded<Value> {
   again: () => void;
 }
 
-const AGAIN_MILLISECONDS = 3000;
+/** Between two attempts. */
+export const AGAIN_MILLISECONDS = 3000;
 
 /** Load when the parameters change; when the service was away, as soon as it is back. */
 export function useLoad<Value>(load: (signal: AbortSignal) => Promise<Value>, parameters: unknown[]): Loaded<Value> {

@@ -4,7 +4,7 @@ import { ask } from "../../api/client";
 import type { Match, Model, Page, QueryResult } from "../../api/types";
 import { change, linkTo, route } from "../../router";
 import { Empty, Field, Similarity, Thumbnail } from "../../ui/basics";
-import { useLoad } from "../../ui/loading";
+import { AGAIN_MILLISECONDS, useEvery, useLoad } from "../../ui/loading";
 import { brief, count, fileName } from "../../ui/words";
 import { MOST_MATCHES, type Narrowing } from "./asking";
 import { FilterRow } from "./filter_row";
@@ -19,6 +19,10 @@ interface Props {
   narrowing: Narrowing;
   narrow: (changed: (now: Narrowing) => Partial<Narrowing>) => void;
   send: (file: File) => void;
+  /** Ask once more. */
+  again: () => void;
+  /** Whether a stored shape was asked with, which costs next to nothing. */
+  isStored: boolean;
 }
 
 export function Results(props: Props) {
@@ -42,13 +46,7 @@ export function Results(props: Props) {
         {result.took_ms < 10 ? result.took_ms.toFixed(1) : Math.round(result.took_ms)} ms, by <a href={linkTo(["models", result.model])}>{result.model}</a>
       </p>
       {shown.length === 0 ? (
-        <Empty title="Nothing passes the filters">
-          <p>
-            <button type="button" onClick={() => props.narrow(() => ({ tests: [] }))}>
-              Search without filters
-            </button>
-          </p>
-        </Empty>
+        <NoMatches {...props} />
       ) : (
         <ol class="cards">
           {shown.map((match) => (
@@ -59,6 +57,36 @@ export function Results(props: Props) {
         </ol>
       )}
     </section>
+  );
+}
+
+/** Filters that nothing passes, or a collection whose shapes are still being described. */
+function NoMatches({ narrowing, narrow, again, isStored }: Props) {
+  const isFiltered = narrowing.tests.length > 0;
+  useEvery(isStored && !isFiltered ? AGAIN_MILLISECONDS : null, again);
+  if (!isFiltered) {
+    return (
+      <Empty title="No other shape is ready yet">
+        {isStored ? (
+          <p>The search is repeated until there is one.</p>
+        ) : (
+          <p>
+            <button type="button" onClick={again}>
+              Search again
+            </button>
+          </p>
+        )}
+      </Empty>
+    );
+  }
+  return (
+    <Empty title="Nothing passes the filters">
+      <p>
+        <button type="button" onClick={() => narrow(() => ({ tests: [] }))}>
+          Search without filters
+        </button>
+      </p>
+    </Empty>
   );
 }
 

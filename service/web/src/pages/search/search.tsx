@@ -94,6 +94,7 @@ function Search(props: { collections: Collection[] }) {
     if (subject?.kind !== "query") return change({ ...addressOf(wanted.current), match: null });
     await asking.again(subject.id, name, wanted.current);
   };
+  const again = () => (subject?.kind === "query" ? void asking.again(subject.id, name, narrowing) : found.again());
   const move = async (collection: string) => {
     if (subject?.kind === "query") return asking.again(subject.id, collection, { ...narrowing, model: null });
     go(linkTo(["search", collection], subject ? { shape: subject.id } : {}));
@@ -111,7 +112,7 @@ function Search(props: { collections: Collection[] }) {
       {waits && <Waiting stage={stage} />}
       <Trouble problem={asking.problem ?? found.problem} again={asking.problem ? undefined : found.again} />
       {subject !== null && found.value !== null && (
-        <Answer {...found.value} isOlder={isBusy} narrowing={narrowing} narrow={narrow} send={asking.send} />
+        <Answer {...found.value} isOlder={isBusy} narrowing={narrowing} narrow={narrow} send={asking.send} again={again} />
       )}
     </>
   );
@@ -185,6 +186,7 @@ interface AnswerProps extends Found {
   narrowing: Narrowing;
   narrow: (changed: (now: Narrowing) => Partial<Narrowing>) => void;
   send: (file: File) => void;
+  again: () => void;
 }
 
 function Answer(props: AnswerProps) {
@@ -200,6 +202,8 @@ function Answer(props: AnswerProps) {
         narrowing={narrowing}
         narrow={props.narrow}
         send={props.send}
+        again={props.again}
+        isStored={subject.kind === "shape"}
       />
       {match && <Comparison subject={subject} match={match} model={result.model} />}
     </div>
