@@ -207,19 +207,35 @@ def with_junctions(mesh: TriangleMesh, share: float, chain: int, seed: int = 1) 
     return TriangleMesh(np.array(vertices), np.array(faces))
 
 
+def sorted_faces(mesh: TriangleMesh) -> list[list[list[float]]]:
+    """The corners' positions of each face."""
+    return sorted(sorted(corners) for corners in mesh.vertices[mesh.faces].tolist())
+
+
 @pytest.mark.parametrize("chain", [1, 2, 5])
 @pytest.mark.parametrize("share", [0.002, 0.05, 0.3, 1.0])
-def test_edges_are_split_at_t_junctions(share: float, chain: int) -> None:
+def test_vertices_that_only_divide_an_edge_are_taken_out(share: float, chain: int) -> None:
     mesh = with_junctions(BODY, share, chain)
     cleaned = clean(mesh)
     assert boundary_loops(cleaned.mesh) == []
     assert_allclose(cleaned.mesh.area, BODY.area, rtol=1e-9)
-    assert cleaned.mesh.n_vertices == mesh.n_vertices
-    assert "at T-junctions" in cleaned.repairs[-1]
+    assert cleaned.mesh.n_vertices == BODY.n_vertices
+    assert sorted_faces(cleaned.mesh) == sorted_faces(BODY)
+    n_taken = mesh.n_vertices - BODY.n_vertices
+    assert cleaned.repairs[0].startswith(f"took out {n_taken:,} ")
     assert clean(cleaned.mesh).mesh is cleaned.mesh
 
 
-def test_junctions_of_separate_triangles_in_single_precision_are_split() -> None:
+def test_edges_are_split_where_a_vertex_has_three_faces() -> None:
+    """A coarse sheet beside a fine one: two vertices of the fine one lie on edges of the coarse."""
+    coarse, fine = rectangle(3, 1), rectangle(6, 2)
+    mesh = clean(union(coarse, translated(fine, (0.0, 1.0, 0.0)))).mesh
+    assert mesh.n_vertices == coarse.n_vertices + fine.n_vertices - 4
+    assert len(boundary_loops(mesh)) == 1
+    assert clean(mesh).mesh is mesh
+
+
+def test_junctions_of_separate_triangles_in_single_precision_are_closed() -> None:
     mesh = with_junctions(BODY, 0.3, 2)
     soup = triangle_soup(TriangleMesh(mesh.vertices.astype(np.float32), mesh.faces))
     assert boundary_loops(clean(soup).mesh) == []

@@ -22,6 +22,22 @@ MOST_ROUNDS = 1_000  # vertices on one edge, counted from both its ends
 
 
 @dataclass(frozen=True, eq=False)
+class Junctions:
+    """Faces after edges were split.
+
+    Attributes
+    ----------
+    faces : (m + s, 3) int64
+        The pieces of a face take its place.
+    vertices : tuple of lists of int
+        For each edge that was split, the vertices on it.
+    """
+
+    faces: IntArray
+    vertices: tuple[list[int], ...]
+
+
+@dataclass(frozen=True, eq=False)
 class _Pieces:
     """Open edges, cut into pieces.
 
@@ -58,7 +74,7 @@ class _Pieces:
 
 def split_at_junctions(
     vertices: FloatArray, faces: IntArray, opening: OpenEdges, *, distance: float
-) -> tuple[IntArray, int]:
+) -> Junctions:
     """Split the faces of open edges where vertices of other open edges lie on them.
 
     From a vertex where two open edges meet and run along each other, the longer one is split at
@@ -78,13 +94,11 @@ def split_at_junctions(
 
     Returns
     -------
-    faces : (m + s, 3) int64
-        The array given if nothing was split; the pieces of a face take its place.
-    n_edges : int
-        How many edges were split.
+    Junctions
+        With the array of faces given if nothing was split.
     """
     if len(opening) < 3:
-        return faces, 0
+        return Junctions(faces, ())
     splitter = _Splitter(vertices, opening, distance)
     pieces = splitter.pieces()
     excluded = np.zeros(len(opening), dtype=np.bool_)
@@ -94,9 +108,9 @@ def split_at_junctions(
             break
         split = split_faces(vertices, faces, opening, splits)
         if not len(split.harmful):
-            return split.faces, len(splits)
+            return Junctions(split.faces, tuple(splits.values()))
         excluded |= np.isin(opening.faces, split.harmful)
-    return faces, 0
+    return Junctions(faces, ())
 
 
 class _Splitter:

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from workers.geometry.arrays import FloatArray, IntArray
+from workers.geometry.hanging import without_hanging
 from workers.geometry.junctions import split_at_junctions
 from workers.geometry.openings import open_edges, pair_edges
 from workers.geometry.welding import LOOSE, weld
@@ -60,44 +61,93 @@ def sew(vertices: FloatArray, faces: IntArray, extent: float) -> Sewn:
     own = min(_own_precision(vertices, extent), MOST * extent)
     steps = sorted({own, *(step * extent for step in STEPS)})
     within_loop = max(own, WITHIN_LOOP * extent)
-    before, n_split, gap = faces, 0, 0.0
+    seams = _Seams(vertices, faces, within_loop=within_loop, reach=LOOSE * steps[-1])
     for _ in range(MOST_PASSES):
-        start = faces
-        pairs = pair_edges(vertices, opening, reach=LOOSE * steps[-1])
+        start = seams.faces
         for distance in steps:
-            if distance <= within_loop:
-                split, count = split_at_junctions(vertices, faces, opening, distance=distance)
-                if count:
-                    faces, n_split, opening = split, n_split + count, open_edges(vertices, split)
-                    pairs = pair_edges(vertices, opening, reach=LOOSE * steps[-1])
-            welded, closed = weld(
-                *(vertices, faces, opening, pairs), distance=distance, within_loop=within_loop
-            )
-            if welded is not faces:
-                faces, gap, opening = welded, max(gap, closed), open_edges(vertices, welded)
-                pairs = pair_edges(vertices, opening, reach=LOOSE * steps[-1])
-        if faces is start:
+            seams.weld(distance)
+        for distance in steps:
+            if distance <= within_loop and seams.close_junctions(distance):
+                seams.weld(distance)
+        if seams.faces is start:
             break
-    n_welded = _count(before) - _count(faces) if faces is not before else 0
-    return Sewn(faces, _sentences(n_welded, gap / extent, n_split), was_open=True)
+    return Sewn(seams.faces, seams.repairs(extent), was_open=True)
+
+
+class _Seams:
+    """Faces whose seams are being closed, and what was done.
+
+    Attributes
+    ----------
+    faces : (m, 3) int64
+        As they are now.
+    """
+
+    def __init__(
+        self, vertices: FloatArray, faces: IntArray, *, within_loop: float, reach: float
+    ) -> None:
+        self._vertices = vertices
+        self._within_loop = within_loop
+        self._reach = reach
+        self._n_welded = self._n_split = self._n_taken = 0
+        self._gap = 0.0
+        self._set(faces)
+
+    def _set(self, faces: IntArray) -> None:
+        """Look at faces anew."""
+        self.faces = faces
+        self._opening = open_edges(self._vertices, faces)
+        self._pairs = pair_edges(self._vertices, self._opening, reach=self._reach)
+
+    def weld(self, distance: float) -> None:
+        """Make open edges one that lie on each other."""
+        welded, gap = weld(
+            *(self._vertices, self.faces, self._opening, self._pairs),
+            distance=distance,
+            within_loop=self._within_loop,
+        )
+        if welded is not self.faces:
+            self._n_welded += _count(self.faces) - _count(welded)
+            self._gap = max(self._gap, gap)
+            self._set(welded)
+
+    def close_junctions(self, distance: float) -> bool:
+        """Take out what only divides an edge, and split edges at all others; tell if any was."""
+        split = split_at_junctions(self._vertices, self.faces, self._opening, distance=distance)
+        if not split.vertices:
+            return False
+        at = np.unique(np.concatenate(split.vertices))
+        rest, n_taken = without_hanging(self._vertices, self.faces, at, distance=distance)
+        if n_taken:
+            self._n_taken += n_taken
+            self._set(rest)
+            self.close_junctions(distance)
+        else:
+            self._n_split += len(split.vertices)
+            self._set(split.faces)
+        return True
+
+    def repairs(self, extent: float) -> tuple[str, ...]:
+        """What was done, in sentences for people."""
+        said = []
+        if self._n_taken:
+            noun = "vertex" if self._n_taken == 1 else "vertices"
+            said.append(f"took out {self._n_taken:,} {noun} at T-junctions")
+        if self._n_split:
+            noun = "edge" if self._n_split == 1 else "edges"
+            said.append(f"split {self._n_split:,} {noun} at T-junctions")
+        if self._n_welded:
+            noun = "vertex" if self._n_welded == 1 else "vertices"
+            said.append(
+                f"welded {self._n_welded:,} {noun} along open edges, "
+                f"at most {self._gap / extent:.1g} of the size apart"
+            )
+        return tuple(said)
 
 
 def _count(faces: IntArray) -> int:
     """Count the vertices that have a face."""
     return int((np.bincount(faces.ravel()) > 0).sum())
-
-
-def _sentences(n_welded: int, gap: float, n_split: int) -> tuple[str, ...]:
-    """What was done."""
-    said = []
-    if n_split:
-        said.append(f"split {n_split:,} {'edge' if n_split == 1 else 'edges'} at T-junctions")
-    if n_welded:
-        noun = "vertex" if n_welded == 1 else "vertices"
-        said.append(
-            f"welded {n_welded:,} {noun} along open edges, at most {gap:.1g} of the size apart"
-        )
-    return tuple(said)
 
 
 def _own_precision(vertices: FloatArray, extent: float) -> float:
