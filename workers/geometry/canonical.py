@@ -146,7 +146,8 @@ def canonical_order(mesh: TriangleMesh, frame: CanonicalFrame) -> IntArray:
     # Rounded, so that the rounding errors of a copy change no comparison.
     points = rounded(frame.enter(mesh.vertices))  # (n, 3)
     # Vertices in the same place, such as those of two sheets, are told apart by their neighbours.
-    around = np.stack([_summed(points[:, i], undirected_edges(mesh)) for i in range(3)], axis=1)
+    edges = undirected_edges(mesh)
+    around = np.stack([_summed(points[:, i], edges) for i in range(3)], axis=1)
     return np.lexsort([*around.T[::-1], *points.T[::-1]])
 
 

@@ -5,16 +5,18 @@ from dataclasses import dataclass
 import numpy as np
 
 from workers.errors import InvalidMeshError
-from workers.geometry.arrays import FloatArray, IntArray
+from workers.geometry.arrays import FloatArray, IntArray, first_of_runs
 from workers.geometry.degenerate import degenerate_faces
 from workers.geometry.fragments import without_debris
 from workers.geometry.mesh import TriangleMesh
 from workers.geometry.seams import sew
 from workers.geometry.shells import doubled_faces
 from workers.geometry.strays import without_strays, without_unreferenced
+from workers.geometry.topology import count_referenced
 
 MERGE_DISTANCE = 1e-9  # of the bounding box's diagonal
 MOST_PASSES = 20
+MOST_IN_A_KEY = 2_000_000  # vertices: three of their numbers are below 2^63 as one
 FEWEST_FACES = 4  # a closed surface has no fewer
 VERTICES = ("vertex", "vertices")
 FACES = ("face", "faces")
@@ -141,7 +143,7 @@ def without_useless_faces(mesh: TriangleMesh) -> TriangleMesh:
         The mesh has no extent, or one beyond 1e±60.
     """
     faces = mesh.faces[useful_faces(mesh)]
-    if len(faces) == mesh.n_faces and len(np.unique(faces)) == mesh.n_vertices:
+    if len(faces) == mesh.n_faces and count_referenced(mesh) == mesh.n_vertices:
         return mesh
     return TriangleMesh(*without_unreferenced(mesh.vertices, faces))
 
@@ -221,29 +223,56 @@ def _merged_vertices(vertices: FloatArray, distance: float) -> tuple[IntArray, I
     apart; vertices in the same piece along all three axes are one. Other than a grid of
     cells this has no walls that could separate two vertices in nearly the same place.
     """
-    group = np.zeros(len(vertices), dtype=np.int64)
+    n = len(vertices)
+    group = np.zeros(n, dtype=np.int64)
+    unsure = np.arange(n)  # vertices that share their pieces so far with others
     for axis in range(3):
-        order = np.argsort(vertices[:, axis], kind="stable")
-        gaps = np.diff(vertices[order, axis]) > distance
-        piece = np.empty(len(vertices), dtype=np.int64)
-        piece[order] = np.concatenate([[0], np.cumsum(gaps)])
-        key = group * (piece.max() + 1) + piece  # both are below n, so this fits
-        _, group = np.unique(key, return_inverse=True)
-        group = group.reshape(-1)
-    n_groups = int(group.max()) + 1
-    first = np.full(n_groups, len(vertices))
-    np.minimum.at(first, group, np.arange(len(vertices)))
-    representatives = np.sort(first)
-    rank = np.empty(n_groups, dtype=np.int64)
-    rank[np.argsort(first)] = np.arange(n_groups)
-    return rank[group], representatives
+        piece = _pieces(vertices[:, axis], distance)
+        keys = group[unsure] * (piece.max(initial=0) + 1) + piece[unsure]  # below n², so this fits
+        order = np.argsort(keys, kind="stable")
+        new = first_of_runs(keys[order])
+        group[unsure[order]] = np.cumsum(new) - 1
+        several = ~(new & np.append(new[1:], True))
+        unsure = np.sort(unsure[order[several]])
+        if len(unsure) == 0:
+            return np.arange(n), np.arange(n)
+    to = np.arange(n)  # the first vertex of the group of each
+    order = np.argsort(group[unsure], kind="stable")
+    new = first_of_runs(group[unsure][order])
+    ordered = unsure[order]
+    to[ordered] = ordered[new][np.cumsum(new) - 1]
+    kept = to == np.arange(n)
+    return (np.cumsum(kept) - 1)[to], np.flatnonzero(kept)
+
+
+def _pieces(coordinates: FloatArray, distance: float) -> IntArray:
+    """Number (n,) of the piece of each, along one axis, cut at gaps above the distance."""
+    order = np.argsort(coordinates)
+    pieces = np.empty(len(coordinates), dtype=np.int64)
+    pieces[order] = np.cumsum(np.diff(coordinates[order], prepend=-np.inf) > distance)
+    return pieces
 
 
 def _first_of_their_kind(faces: IntArray) -> IntArray:
     """Indices of the faces that do not repeat the vertices of an earlier one, sorted."""
+    if not _has_repeated(faces):
+        return np.arange(len(faces))
     ordered = np.sort(faces, axis=1)
     order = np.lexsort(ordered.T[::-1])  # stable: the earlier face comes first
     ordered = ordered[order]
     new = np.ones(len(faces), dtype=np.bool_)
     new[1:] = (ordered[1:] != ordered[:-1]).any(axis=1)
     return np.sort(order[new])
+
+
+def _has_repeated(faces: IntArray) -> bool:
+    """Whether two faces may have the same corners: surely, where one number holds all three."""
+    n = int(faces.max(initial=0)) + 1
+    if n > MOST_IN_A_KEY:
+        return True
+    a, b, c = np.ascontiguousarray(faces.T)
+    low = np.minimum(np.minimum(a, b), c)
+    high = np.maximum(np.maximum(a, b), c)
+    keys = (low * n + (a + b + c - low - high)) * n + high
+    keys.sort()
+    return bool((keys[1:] == keys[:-1]).any())

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from workers.geometry.arrays import BoolArray, FloatArray, IntArray
+from workers.geometry.arrays import BoolArray, FloatArray, IntArray, cross, lengths, squared_lengths
 
 THINNEST_FACE = 1e-6  # height over longest edge; cotangents beyond its inverse drown in rounding
 
@@ -22,9 +22,13 @@ def degenerate_faces(vertices: FloatArray, faces: IntArray) -> BoolArray:
     (m,) bool
         True where the face has no area, or next to none for its length.
     """
-    corners = vertices[faces]  # (m, 3, 3)
-    sides = np.roll(corners, -1, axis=1) - corners  # (m, 3, 3)
-    longest = (sides**2).sum(axis=2).max(axis=1)  # (m,), squared
-    doubled_area = np.linalg.norm(np.cross(sides[:, 0], sides[:, 1]), axis=1)  # (m,)
+    sides = np.empty((3, len(faces), 3))  # from corner to corner
+    for corner in range(3):
+        start, end = faces[:, corner], faces[:, (corner + 1) % 3]
+        np.subtract(vertices.take(end, axis=0), vertices.take(start, axis=0), out=sides[corner])
+    longest = np.zeros(len(faces))  # squared
+    for side in sides:
+        np.maximum(longest, squared_lengths(side), out=longest)
+    doubled_area = lengths(cross(sides[0], sides[1]))  # (m,)
     degenerate: BoolArray = doubled_area <= THINNEST_FACE * longest  # a point has 0 ≤ 0
     return degenerate

@@ -4,7 +4,7 @@ import numpy as np
 from scipy import sparse
 from scipy.sparse.csgraph import connected_components
 
-from workers.geometry.arrays import FloatArray, IntArray
+from workers.geometry.arrays import FloatArray, IntArray, ascending, lengths
 from workers.geometry.mesh import TriangleMesh
 
 
@@ -37,7 +37,7 @@ def undirected_edges(mesh: TriangleMesh) -> IntArray:
     (e, 2) int64
         The smaller index first; rows ascend.
     """
-    keys = np.unique(edge_keys(directed_edges(mesh.faces), mesh.n_vertices))
+    keys = ascending(face_edge_keys(mesh.faces, mesh.n_vertices))
     return np.stack(np.divmod(keys, max(mesh.n_vertices, 1)), axis=1)
 
 
@@ -60,6 +60,31 @@ def edge_keys(edges: IntArray, n_vertices: int) -> IntArray:
     return keys
 
 
+def face_edge_keys(faces: IntArray, n_vertices: int) -> IntArray:
+    """`edge_keys` of `directed_edges`, without the edges themselves.
+
+    Parameters
+    ----------
+    faces : (m, 3) int64
+        Vertex indices of each face.
+    n_vertices : int
+        n, above every index.
+
+    Returns
+    -------
+    (3m,) int64
+        Of all ab, then all bc, then all ca.
+    """
+    corners = np.ascontiguousarray(faces.T)  # (3, m)
+    keys = np.empty_like(corners)
+    for corner, start in enumerate(corners):
+        end = corners[(corner + 1) % 3]
+        np.minimum(start, end, out=keys[corner])
+        keys[corner] *= n_vertices
+        keys[corner] += np.maximum(start, end)
+    return keys.ravel()
+
+
 def edge_lengths(vertices: FloatArray, edges: IntArray) -> FloatArray:
     """Lengths of edges.
 
@@ -75,8 +100,9 @@ def edge_lengths(vertices: FloatArray, edges: IntArray) -> FloatArray:
     (e,) float64
         In the unit of the vertices.
     """
-    lengths: FloatArray = np.linalg.norm(vertices[edges[:, 0]] - vertices[edges[:, 1]], axis=1)
-    return lengths
+    start, end = (vertices.take(edges[:, i], axis=0) for i in range(2))
+    start -= end
+    return lengths(start)
 
 
 def symmetric_graph(edges: IntArray, weights: FloatArray, n_vertices: int) -> sparse.csr_array:
@@ -117,8 +143,8 @@ def length_graph(mesh: TriangleMesh, edges: IntArray) -> sparse.csr_array:
     (n, n) sparse
         In the mesh's unit. No entry is 0, since a stored 0 would be no edge.
     """
-    lengths = np.maximum(edge_lengths(mesh.vertices, edges), np.finfo(np.float64).tiny)
-    return symmetric_graph(edges, lengths, mesh.n_vertices)
+    along = np.maximum(edge_lengths(mesh.vertices, edges), np.finfo(np.float64).tiny)
+    return symmetric_graph(edges, along, mesh.n_vertices)
 
 
 def component_labels(edges: IntArray, n_vertices: int) -> IntArray:

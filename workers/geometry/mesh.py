@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from workers.geometry.arrays import FloatArray, IntArray, read_only
+from workers.geometry.arrays import FloatArray, IntArray, cross, lengths, read_only
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,13 +42,15 @@ class TriangleMesh:
     @property
     def face_normals(self) -> FloatArray:
         """Cross products of two edges a face, (m, 3): twice the area long."""
-        a, b, c = (self.vertices[self.faces[:, i]] for i in range(3))
-        return np.cross(b - a, c - a)  # (m, 3)
+        first, *others = (self.vertices.take(self.faces[:, i], axis=0) for i in range(3))
+        for corners in others:
+            corners -= first
+        return cross(*others)  # (m, 3)
 
     @property
     def face_areas(self) -> FloatArray:
         """Area a face, (m,), in the square of the mesh's unit."""
-        areas: FloatArray = 0.5 * np.linalg.norm(self.face_normals, axis=1)  # (m,)
+        areas: FloatArray = 0.5 * lengths(self.face_normals)  # (m,)
         return areas
 
     @property

@@ -2,9 +2,11 @@
 
 import numpy as np
 
-from workers.geometry.arrays import IntArray
-from workers.geometry.edges import component_labels, directed_edges, edge_keys
+from workers.geometry.arrays import IntArray, ascending, first_of_runs
+from workers.geometry.edges import component_labels, directed_edges, edge_keys, face_edge_keys
 from workers.geometry.mesh import TriangleMesh
+
+LARGEST_NUMBER = 2**63
 
 
 def vertex_components(mesh: TriangleMesh) -> IntArray:
@@ -57,10 +59,17 @@ def surface_components(mesh: TriangleMesh) -> IntArray:
     (m,) int64
         Label of each face, from 0 without gaps, in the order of the components' first faces.
     """
-    keys = edge_keys(directed_edges(mesh.faces), mesh.n_vertices)  # (3m,)
-    order = np.argsort(keys, kind="stable")
-    faces = order % max(mesh.n_faces, 1)  # (3m,) of the edges as sorted
-    same = np.flatnonzero(keys[order[1:]] == keys[order[:-1]])
+    keys = face_edge_keys(mesh.faces, mesh.n_vertices)  # (3m,)
+    m = max(mesh.n_faces, 1)
+    if mesh.n_vertices**2 * m < LARGEST_NUMBER:  # an edge and its face as one number
+        keys *= m
+        keys += np.tile(np.arange(m), 3)[: len(keys)]
+        keys.sort()
+        ordered, faces = np.divmod(keys, m)  # (3m,)
+    else:
+        order = np.argsort(keys)
+        ordered, faces = keys[order], order % m
+    same = np.flatnonzero(ordered[1:] == ordered[:-1])
     return component_labels(np.stack([faces[same], faces[same + 1]], axis=1), mesh.n_faces)
 
 
@@ -93,7 +102,7 @@ def count_components(mesh: TriangleMesh) -> int:
     int
         From 0.
     """
-    return len(np.unique(vertex_components(mesh)[mesh.faces[:, 0]]))
+    return len(ascending(vertex_components(mesh)[mesh.faces[:, 0]]))
 
 
 def boundary_edges(mesh: TriangleMesh) -> IntArray:
@@ -109,10 +118,21 @@ def boundary_edges(mesh: TriangleMesh) -> IntArray:
     (b, 2) int64
         In the winding of that face, sorted.
     """
-    edges = directed_edges(mesh.faces)
+    keys = face_edge_keys(mesh.faces, mesh.n_vertices)
+    ordered = np.sort(keys)
+    new = first_of_runs(ordered)
+    alone = ordered[new & np.append(new[1:], True)]  # (b,)
+    if len(alone) == 0:
+        return np.zeros((0, 2), dtype=np.int64)
+    near = np.zeros(mesh.n_vertices, dtype=np.bool_)
+    for ends in np.divmod(alone, mesh.n_vertices):
+        near[ends] = True
+    edges = directed_edges(mesh.faces[near[mesh.faces].sum(axis=1) >= 2])
     keys = edge_keys(edges, mesh.n_vertices)
-    _, first, counts = np.unique(keys, return_index=True, return_counts=True)
-    single: IntArray = edges[first[counts == 1]]
+    place = np.minimum(np.searchsorted(alone, keys), len(alone) - 1)
+    single = np.empty((len(alone), 2), dtype=np.int64)
+    found = alone[place] == keys
+    single[place[found]] = edges[found]
     return single
 
 
@@ -129,8 +149,27 @@ def euler_characteristic(mesh: TriangleMesh) -> int:
     int
         2 for a sphere, 0 for a torus.
     """
-    n_edges = len(np.unique(edge_keys(directed_edges(mesh.faces), mesh.n_vertices)))
-    return len(np.unique(mesh.faces)) - n_edges + mesh.n_faces
+    keys = np.sort(face_edge_keys(mesh.faces, mesh.n_vertices))
+    n_edges = int(first_of_runs(keys).sum()) if len(keys) else 0
+    return count_referenced(mesh) - n_edges + mesh.n_faces
+
+
+def count_referenced(mesh: TriangleMesh) -> int:
+    """Count the vertices that have a face.
+
+    Parameters
+    ----------
+    mesh : TriangleMesh
+        With indices in range.
+
+    Returns
+    -------
+    int
+        At most n.
+    """
+    referenced = np.zeros(mesh.n_vertices, dtype=np.bool_)
+    referenced[mesh.faces] = True
+    return int(referenced.sum())
 
 
 def boundary_loops(mesh: TriangleMesh) -> list[IntArray]:
