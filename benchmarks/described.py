@@ -21,7 +21,7 @@ from workers.geometry.cleaning import clean
 from workers.geometry.formats import parse
 from workers.geometry.formats.naming import read_name
 from workers.geometry.preparation import View
-from workers.geometry.solution import solve
+from workers.geometry.solution import Solver
 from workers.pipeline.solve import solve_view
 from workers.retrieval.bootstrap import difference, mean_of_rows
 from workers.retrieval.model import Model, describe
@@ -95,7 +95,8 @@ def _describe(job: tuple[Path, str, Path | None]) -> Float32Array:
         data = path.read_bytes()
         mesh = clean(parse(data, filename=path.name).mesh).mesh
         if data_dir is None:
-            found = {view.name: solve(mesh, view) for view in model.views}
+            solver = Solver(mesh)
+            found = {view.name: solver.under(view) for view in model.views}
         else:
             blobs = BlobStore(Settings(data_dir=data_dir).resolved_blob_url)
             digest = hashlib.sha256(data).hexdigest()

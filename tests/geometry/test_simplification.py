@@ -21,7 +21,7 @@ from workers.geometry.arrays import FloatArray
 from workers.geometry.canonical import canonical_frame
 from workers.geometry.cleaning import clean
 from workers.geometry.mesh import TriangleMesh
-from workers.geometry.simplification import decimate_by_error, simplify
+from workers.geometry.simplification import Coarser, decimate_by_error, simplify
 from workers.geometry.spectrum import first_eigenvalues
 from workers.geometry.topology import boundary_loops, count_components, euler_characteristic
 
@@ -109,12 +109,13 @@ def test_a_broken_connection_is_found_and_redone_finer() -> None:
 
     def cutting(
         mesh: TriangleMesh, target: int, aggressiveness: float, *, keep_border: bool
-    ) -> TriangleMesh:
+    ) -> Coarser:
         coarse = decimate_by_error(mesh, target, aggressiveness, keep_border=keep_border)
         if target > 1500:
             return coarse
-        slit = np.abs(coarse.vertices[coarse.faces].mean(axis=1) @ axis - middle) > 0.06
-        return TriangleMesh(coarse.vertices, coarse.faces[slit])
+        made = coarse.mesh
+        slit = np.abs(made.vertices[made.faces].mean(axis=1) @ axis - middle) > 0.06
+        return Coarser(TriangleMesh(made.vertices, made.faces[slit]), coarse.to)
 
     frame = canonical_frame(mesh)
     axis = frame.axes @ np.array([0.0, 0.0, 1.0])
@@ -129,14 +130,15 @@ def test_eigenvalues_that_moved_are_found() -> None:
 
     def strangling(
         mesh: TriangleMesh, target: int, aggressiveness: float, *, keep_border: bool
-    ) -> TriangleMesh:
+    ) -> Coarser:
         coarse = decimate_by_error(mesh, target, aggressiveness, keep_border=keep_border)
         if target > 1500:
             return coarse
-        height = coarse.vertices @ axis - middle
-        across = coarse.vertices - np.outer(coarse.vertices @ axis, axis)
+        made = coarse.mesh
+        height = made.vertices @ axis - middle
+        across = made.vertices - np.outer(made.vertices @ axis, axis)
         thin = np.where(np.abs(height) < 0.05, 0.2, 1.0)[:, None]
-        return TriangleMesh(coarse.vertices + (thin - 1.0) * across, coarse.faces)
+        return Coarser(TriangleMesh(made.vertices + (thin - 1.0) * across, made.faces), coarse.to)
 
     frame = canonical_frame(mesh)
     axis = frame.axes @ np.array([0.0, 0.0, 1.0])
@@ -148,10 +150,67 @@ def test_eigenvalues_that_moved_are_found() -> None:
 
 def test_the_original_is_kept_where_nothing_passes() -> None:
     mesh = subdivided(icosphere(3))
-    nothing = TriangleMesh(np.zeros((0, 3)), np.zeros((0, 3), dtype=np.int64))
+    none = TriangleMesh(np.zeros((0, 3)), np.zeros((0, 3), dtype=np.int64))
+    nothing = Coarser(none, np.full(mesh.n_vertices, -1))
     simplified = simplify(mesh, vertices=1000, decimate=lambda *_, **__: nothing)
     assert simplified.mesh is mesh
     assert simplified.checked[-1] == "kept all 2,562 vertices"
+
+
+def spiky(mesh: TriangleMesh, n_handles: int) -> TriangleMesh:
+    """The body with pairs of faces joined by short tubes: so many handles."""
+    rng = np.random.default_rng(3)
+    chosen = rng.choice(mesh.n_faces, size=(n_handles, 2), replace=False)
+    tubes = []
+    for one, other in mesh.faces[chosen].tolist():
+        for i in range(3):
+            a, b = one[i], one[(i + 1) % 3]
+            c, d = other[-i], other[-i - 1]
+            tubes += [[a, b, c], [b, d, c]]
+    rest = np.delete(mesh.faces, chosen.ravel(), axis=0)
+    return TriangleMesh(mesh.vertices, np.concatenate([rest, np.array(tubes)]))
+
+
+def test_a_thousand_handles_do_not_make_the_working_mesh_large() -> None:
+    mesh = clean(spiky(bumpy_sphere(5), 400)).mesh
+    simplified = simplify(mesh, vertices=1000)
+    assert simplified.mesh.n_vertices <= 4400
+    assert simplified.checked != ()
+
+
+def test_a_fine_mesh_of_which_no_level_passes_is_not_kept() -> None:
+    mesh = bumpy_sphere(5)
+
+    def shrinking(
+        mesh: TriangleMesh, target: int, aggressiveness: float, *, keep_border: bool
+    ) -> Coarser:
+        coarse = decimate_by_error(mesh, target, aggressiveness, keep_border=keep_border)
+        return Coarser(scaled(coarse.mesh, 0.9), coarse.to)
+
+    simplified = simplify(mesh, vertices=1000, decimate=shrinking)
+    assert simplified.mesh.n_vertices == pytest.approx(4000, rel=0.03)
+    assert simplified.checked[-1] == "taken all the same: the mesh itself is too large"
+
+
+def test_a_shard_that_comes_off_is_dropped() -> None:
+    mesh = bumpy_sphere(4)
+
+    def splintering(
+        mesh: TriangleMesh, target: int, aggressiveness: float, *, keep_border: bool
+    ) -> Coarser:
+        coarse = decimate_by_error(mesh, target, aggressiveness, keep_border=keep_border)
+        shard = translated(scaled(icosphere(0), 0.001), (1.0, 0.0, 0.0))
+        return Coarser(union(coarse.mesh, shard), coarse.to)
+
+    simplified = simplify(mesh, vertices=1000, decimate=splintering)
+    assert simplified.checked == ()
+    assert count_components(simplified.mesh) == 1
+
+
+def test_a_little_too_many_vertices_are_left() -> None:
+    mesh = bumpy_sphere(4)
+    assert simplify(mesh, vertices=2400).mesh is mesh
+    assert simplify(mesh, vertices=2300).mesh.n_vertices == pytest.approx(2300, rel=0.03)
 
 
 def test_a_vertex_of_too_many_faces_is_not_given_to_the_simplifier() -> None:

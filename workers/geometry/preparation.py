@@ -17,10 +17,11 @@ from workers.geometry.simplification import simplify
 from workers.geometry.smoothing import fair, smooth
 from workers.geometry.spectrum import SOLVER_VERSION
 
-PREPARATION_VERSION = "3"
+PREPARATION_VERSION = "4"
 """Part of every view's key: raised when a step gives another mesh than before."""
 
 LONGEST_LOOP = 50.0  # p² / A: longer ones are the rims of sheets, which are doubled: decision 0008
+FIRST_SIZE = 2  # times the working vertices: what is smoothed and compared (decision 0032)
 SMOOTHED_VERTICES = 2500  # nothing finer is left of a smoothed surface: chosen, not measured
 VIEW_NAMES = ("closed", "open", "smooth", "smooth-open", "detailed")
 DETAILED_EIGENPAIRS = 200  # decision 0015
@@ -208,7 +209,8 @@ def default_view(*, working_vertices: int = 5000) -> View:
     View
         With 100 eigenpairs.
     """
-    return View("closed", (CLOSING, *_sizing(working_vertices), DOUBLING))
+    steps = (*_sizing(working_vertices), _simplifying(working_vertices))
+    return View("closed", (CLOSING, *steps, DOUBLING))
 
 
 def open_view(*, working_vertices: int = 5000) -> View:
@@ -224,7 +226,7 @@ def open_view(*, working_vertices: int = 5000) -> View:
     View
         With 100 eigenpairs.
     """
-    return View("open", _sizing(working_vertices))
+    return View("open", (*_sizing(working_vertices), _simplifying(working_vertices)))
 
 
 def named_view(name: str, *, working_vertices: int = 5000) -> View:
@@ -257,8 +259,8 @@ def named_view(name: str, *, working_vertices: int = 5000) -> View:
     if not name.startswith("smooth"):
         make = open_view if name == "open" else default_view
         return make(working_vertices=working_vertices)
-    refining, simplifying = _sizing(min(working_vertices, SMOOTHED_VERTICES))
-    steps = (refining, FAIRING, SMOOTHING, simplifying)
+    simplifying = _simplifying(min(working_vertices, SMOOTHED_VERTICES))
+    steps = (*_sizing(working_vertices), FAIRING, SMOOTHING, simplifying)
     return View(name, steps if name == "smooth-open" else (CLOSING, *steps, DOUBLING))
 
 
@@ -280,32 +282,70 @@ def prepare(mesh: TriangleMesh, view: View) -> PreparedMesh:
     Raises
     ------
     InvalidMeshError
-        A step left fewer than 4 faces: the shape is too thin for the view.
+        A step left fewer than 4 faces, since the shape is too thin for the view, or the mesh
+        cannot be simplified.
     SpectrumError
         A simplification could not be checked.
     """
-    notes: list[str] = []
-    for step in view.steps:
-        before = mesh
-        mesh, said = _STEPS[step.name](mesh, step.parameters)
-        if mesh is not before:
-            mesh = without_useless_faces(mesh)
-        if mesh.n_faces < min(FEWEST_FACES, before.n_faces):  # a component may have fewer
-            raise InvalidMeshError(
-                f"step {step.name!r} of the view {view.name!r} left {mesh.n_faces} of "
-                f"{before.n_faces:,} faces with area, expected at least {FEWEST_FACES}: the shape "
-                "is too thin"
-            )
-        notes += [f"{step.name}: {sentence}" for sentence in said]
-    return PreparedMesh(mesh, tuple(notes))
+    return Preparation(mesh).under(view)
+
+
+class Preparation:
+    """Working meshes of one cleaned mesh: first steps that views share run once.
+
+    Parameters
+    ----------
+    mesh : TriangleMesh
+        Clean.
+    """
+
+    def __init__(self, mesh: TriangleMesh) -> None:
+        """Nothing is done yet."""
+        self._after: dict[tuple[Step, ...], PreparedMesh] = {(): PreparedMesh(mesh, ())}
+
+    def under(self, view: View) -> PreparedMesh:
+        """Prepare the mesh as a view says; see `prepare`.
+
+        Parameters
+        ----------
+        view : View
+            Its steps run in their order, but for those that ran before.
+
+        Returns
+        -------
+        PreparedMesh
+            The same as if nothing had run before.
+        """
+        for count, step in enumerate(view.steps):
+            done = view.steps[: count + 1]
+            if done not in self._after:
+                self._after[done] = _run(step, self._after[done[:-1]], view)
+        return self._after[view.steps]
+
+
+def _run(step: Step, before: PreparedMesh, view: View) -> PreparedMesh:
+    """Take one step further."""
+    mesh, said = _STEPS[step.name](before.mesh, step.parameters)
+    if mesh is not before.mesh:
+        mesh = without_useless_faces(mesh)
+    if mesh.n_faces < min(FEWEST_FACES, before.mesh.n_faces):  # a component may have fewer
+        raise InvalidMeshError(
+            f"step {step.name!r} of the view {view.name!r} left {mesh.n_faces} of "
+            f"{before.mesh.n_faces:,} faces with area, expected at least {FEWEST_FACES}: the shape "
+            "is too thin"
+        )
+    return PreparedMesh(mesh, (*before.notes, *(f"{step.name}: {told}" for told in said)))
 
 
 def _sizing(working_vertices: int) -> tuple[Step, ...]:
-    """Steps that bring a mesh to a size that can be solved."""
-    return (
-        Step("refine", {"vertices": min(FEWEST_VERTICES, working_vertices)}),
-        Step("simplify", {"vertices": working_vertices}),
-    )
+    """Steps that bring a mesh to a size that whatever follows can cost; all views have them."""
+    fewest = min(FEWEST_VERTICES, working_vertices)
+    return Step("refine", {"vertices": fewest}), _simplifying(FIRST_SIZE * working_vertices)
+
+
+def _simplifying(vertices: int) -> Step:
+    """The step that simplifies to so many vertices."""
+    return Step("simplify", {"vertices": vertices})
 
 
 _Outcome = tuple[TriangleMesh, tuple[str, ...]]

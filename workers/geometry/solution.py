@@ -2,17 +2,20 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import numpy as np
 
 from workers.errors import InvalidMeshError, SpectrumError
 from workers.geometry.arrays import IntArray
-from workers.geometry.components import described_components
+from workers.geometry.components import Component, described_components
 from workers.geometry.mesh import TriangleMesh
-from workers.geometry.preparation import View, prepare
+from workers.geometry.preparation import Preparation, View
 from workers.geometry.sampling import SAMPLES, SurfaceSample, sample_surface
+from workers.geometry.simplification import simplify
 from workers.geometry.spectrum import Spectrum, compute_spectrum
 
+MOST_COARSER = 3  # times that a working mesh is halved where its spectrum cannot be certified
 MOST_LOST = 0.5  # of the weight, before a surface of several parts counts as too thin
 
 
@@ -122,23 +125,57 @@ def solve(mesh: TriangleMesh, view: View) -> Solution:
     SpectrumError
         The eigenpairs could not be certified.
     """
-    components = described_components(mesh)
-    if len(components) == 1:
-        return _solve_connected(components[0].mesh, view)
-    parts: list[Part] = []
-    lost, error = 0.0, None
-    for component in components:
-        own = view.for_share(component.weight)
-        try:
-            solution = _solve_connected(component.mesh, own)
-        except (InvalidMeshError, SpectrumError) as caught:
-            lost, error = lost + component.weight, error or caught
-        else:
-            parts.append(Part(solution, component.weight, component.copies, component.body))
-    if error and lost >= MOST_LOST:
-        raise error
-    found = [replace(part, weight=part.weight / (1.0 - lost)) for part in parts]
-    return united(found)
+    return Solver(mesh).under(view)
+
+
+class Solver:
+    """Solutions of one cleaned mesh: what its views have in common is done once.
+
+    Parameters
+    ----------
+    mesh : TriangleMesh
+        Clean.
+    """
+
+    def __init__(self, mesh: TriangleMesh) -> None:
+        """Nothing is done yet."""
+        self._mesh = mesh
+
+    @cached_property
+    def _components(self) -> list[tuple[Component, Preparation]]:
+        """The components that are described, each with what is prepared of it."""
+        components = described_components(self._mesh)
+        return [(component, Preparation(component.mesh)) for component in components]
+
+    def under(self, view: View) -> Solution:
+        """Solve the mesh under a view; see `solve`.
+
+        Parameters
+        ----------
+        view : View
+            How the mesh is prepared, and how many eigenpairs are computed.
+
+        Returns
+        -------
+        Solution
+            The same as if no other view had been solved before.
+        """
+        if len(self._components) == 1:
+            return _solve_connected(self._components[0][1], view)
+        parts: list[Part] = []
+        lost, error = 0.0, None
+        for component, preparation in self._components:
+            own = view.for_share(component.weight)
+            try:
+                solution = _solve_connected(preparation, own)
+            except (InvalidMeshError, SpectrumError) as caught:
+                lost, error = lost + component.weight, error or caught
+            else:
+                parts.append(Part(solution, component.weight, component.copies, component.body))
+        if error and lost >= MOST_LOST:
+            raise error
+        found = [replace(part, weight=part.weight / (1.0 - lost)) for part in parts]
+        return united(found)
 
 
 def united(parts: Sequence[Part]) -> Solution:
@@ -175,7 +212,15 @@ def united(parts: Sequence[Part]) -> Solution:
     return Solution(mesh, spectrum, parts=tuple(parts))
 
 
-def _solve_connected(mesh: TriangleMesh, view: View) -> Solution:
-    """Solution of one component."""
-    working = prepare(mesh, view).mesh
+def _solve_connected(preparation: Preparation, view: View) -> Solution:
+    """Solution of one component; where it cannot be certified, of a coarser working mesh."""
+    working = preparation.under(view).mesh
+    for _ in range(MOST_COARSER):
+        try:
+            return Solution(working, compute_spectrum(working, n_eigenpairs=view.eigenpairs))
+        except SpectrumError:
+            coarser = simplify(working, vertices=working.n_vertices // 2).mesh
+            if coarser.n_vertices == working.n_vertices:
+                break
+            working = coarser
     return Solution(working, compute_spectrum(working, n_eigenpairs=view.eigenpairs))

@@ -15,7 +15,7 @@ from workers.geometry.cleaning import clean
 from workers.geometry.formats import MeshLimits, ParsedMesh, parse
 from workers.geometry.mesh import TriangleMesh
 from workers.geometry.preparation import View
-from workers.geometry.solution import Solution, solve
+from workers.geometry.solution import Solution, Solver
 from workers.retrieval.model import Model, describe
 from workers.settings import Settings
 from workers.storage.blobs import BlobStore, mesh_key
@@ -112,7 +112,13 @@ def parse_upload(blobs: BlobStore, sha256: str, *, filename: str, settings: Sett
     return parse(blobs.get(mesh_key(sha256)), filename=filename, limits=limits)
 
 
-def solve_view(blobs: BlobStore, sha256: str, mesh: TriangleMesh, view: View) -> Solution:
+def solve_view(
+    blobs: BlobStore,
+    sha256: str,
+    mesh: TriangleMesh,
+    view: View,
+    solver: Solver | None = None,
+) -> Solution:
     """Return a cleaned mesh's solution under a view, solved only if nothing is stored.
 
     Parameters
@@ -125,6 +131,8 @@ def solve_view(blobs: BlobStore, sha256: str, mesh: TriangleMesh, view: View) ->
         The cleaned mesh.
     view : View
         How it is prepared.
+    solver : Solver, optional
+        Of the mesh, where it is solved under other views, too.
 
     Returns
     -------
@@ -139,7 +147,8 @@ def solve_view(blobs: BlobStore, sha256: str, mesh: TriangleMesh, view: View) ->
     try:
         return load_solution(blobs, sha256, view, cleaned=mesh)
     except BlobNotFoundError:
-        return store_solution(blobs, sha256, view, solve(mesh, view), cleaned=mesh)
+        found = (solver or Solver(mesh)).under(view)
+        return store_solution(blobs, sha256, view, found, cleaned=mesh)
 
 
 def describe_mesh(
@@ -206,11 +215,12 @@ def describe_under_each(
     solutions: dict[str, Solution] = {}
     vectors: dict[str, Float32Array] = {}
     errors: dict[str, ProteusError] = {}
+    solver = Solver(mesh)
     for model in models:
         try:
             for view in model.views:
                 if view.key not in solutions:
-                    solutions[view.key] = solve_view(blobs, sha256, mesh, view)
+                    solutions[view.key] = solve_view(blobs, sha256, mesh, view, solver)
             own = {view.name: solutions[view.key] for view in model.views}
             vectors[model.name] = describe(own, model)
         except (KernelDomainError, SpectrumError) as error:

@@ -6,7 +6,7 @@ from typing import TypeAlias
 from workers.geometry.arrays import Float32Array
 from workers.geometry.cleaning import clean
 from workers.geometry.mesh import TriangleMesh
-from workers.geometry.solution import solve
+from workers.geometry.solution import Solver
 from workers.pipeline.outcome import Outcome
 from workers.pipeline.training.meshes import load_cleaned_mesh
 from workers.pipeline.training.results import store_result
@@ -42,8 +42,8 @@ def describe_variant(bench: Workbench, variant: Variant) -> Float32Array:
     ProteusError
         Its mesh cannot be read, transformed, solved or described.
     """
-    mesh = clean(_mesh_of(bench, variant)).mesh
-    solutions = {view.name: solve(mesh, view) for view in variant.views}
+    solver = Solver(clean(_mesh_of(bench, variant)).mesh)
+    solutions = {view.name: solver.under(view) for view in variant.views}
     return describe(solutions, variant.candidates)
 
 
