@@ -28,7 +28,7 @@ from workers.geometry.sampling import SurfaceSample, sample_surface, spectral_em
 from workers.geometry.spectrum import Spectrum, compute_spectrum
 
 SYMMETRIC = (icosphere(3), torus(40, 16), rectangle(32, 20, 3.0, 2.0), cylinder(30, 14))
-UNEVEN = (bumpy_sphere(3), bumpy_sphere(4, seed=3))
+UNEVEN = (bumpy_sphere(3), bumpy_sphere(3, seed=3))
 SEVERAL = union(
     icosphere(3),
     translated(icosphere(3), (4.0, 0.0, 0.0)),
