@@ -2,28 +2,66 @@
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 from numpy.testing import assert_allclose, assert_array_equal
 
 from tests.meshes import (
     bent_rectangle,
     bumpy_sphere,
+    cylinder,
     icosphere,
     rectangle,
     renumbered,
     rotated,
     scaled,
     tetrahedron,
+    torus,
     translated,
     union,
 )
 from workers.errors import InvalidRequestError
+from workers.geometry.arrays import IntArray
+from workers.geometry.edges import component_labels, undirected_edges
 from workers.geometry.mesh import TriangleMesh
 from workers.geometry.sampling import SurfaceSample, sample_surface, spectral_embedding
-from workers.geometry.spectrum import compute_spectrum
+from workers.geometry.spectrum import Spectrum, compute_spectrum
+
+SYMMETRIC = (icosphere(3), torus(40, 16), rectangle(32, 20, 3.0, 2.0), cylinder(30, 14))
+UNEVEN = (bumpy_sphere(3), bumpy_sphere(3, seed=3))
+SEVERAL = union(
+    icosphere(3),
+    translated(icosphere(3), (4.0, 0.0, 0.0)),
+    translated(scaled(rectangle(9, 7, 2.0, 1.0), 0.3), (0.0, 4.0, 0.0)),
+)
 
 
 def _sample(mesh: TriangleMesh, count: int) -> SurfaceSample:
     return sample_surface(mesh, compute_spectrum(mesh), count=count)
+
+
+def _every_distance(mesh: TriangleMesh, spectrum: Spectrum, count: int) -> IntArray:
+    """Farthest points by the distances of all vertices to each point that is taken."""
+
+    def first_largest(values: np.ndarray) -> int:
+        return int(np.flatnonzero(values >= values.max() * (1.0 - 1e-6))[0])
+
+    embedding = spectral_embedding(spectrum)
+    labels = component_labels(undirected_edges(mesh), mesh.n_vertices)
+    areas = np.bincount(labels, spectrum.areas)
+    taken: list[int] = []
+    nearest = np.full(mesh.n_vertices, np.inf)
+    for i in range(count):
+        if i < len(areas):
+            component = np.argsort(-areas, kind="stable")[i]
+            inside = labels == component
+            taken.append(first_largest(np.where(inside, (embedding**2).sum(axis=1), -1.0)))
+        else:
+            taken.append(first_largest(nearest))
+        differences = embedding - embedding[taken[-1]]
+        nearest = np.minimum(nearest, (differences**2).sum(axis=1))
+        nearest[taken] = -1.0
+    return np.array(taken)
 
 
 def _skewed_strip(angle: float) -> TriangleMesh:
@@ -81,6 +119,37 @@ def test_rounding_moves_no_point_of_a_symmetric_shape() -> None:
     mesh = icosphere(3)
     moved = rotated(mesh, np.random.default_rng(7))
     assert_array_equal(_sample(moved, 12).indices, _sample(mesh, 12).indices)
+
+
+@settings(max_examples=25, deadline=None, derandomize=True)
+@given(
+    mesh=st.sampled_from((*SYMMETRIC, *UNEVEN, SEVERAL)),
+    stretched=st.booleans(),
+    seed=st.integers(0, 2**16),
+    eigenpairs=st.sampled_from((3, 40, 100)),
+    count=st.sampled_from((1, 2, 30, 250)),
+)
+def test_no_vertex_that_is_passed_over_would_have_changed_a_point(
+    mesh: TriangleMesh, stretched: bool, seed: int, eigenpairs: int, count: int
+) -> None:
+    if stretched:
+        factors = np.random.default_rng(seed).uniform(0.4, 2.5, 3)
+        mesh = TriangleMesh(mesh.vertices * factors, mesh.faces)
+    spectrum = compute_spectrum(mesh, n_eigenpairs=eigenpairs)
+    sample = sample_surface(mesh, spectrum, count=count)
+    assert_array_equal(sample.indices, _every_distance(mesh, spectrum, count))
+
+
+def test_vertices_that_no_eigenvector_tells_apart_are_taken_by_number() -> None:
+    # Once four points are taken all distances are 0, and more points are wanted.
+    mesh = icosphere(1)
+    values, areas = np.array([1.0, 2.0, 4.0]), np.full(42, mesh.area / 42)
+    vectors = np.zeros((42, 3))
+    vectors[[7, 30, 31], [0, 1, 0]] = [1.0, 1.0, -1.0]
+    spectrum = Spectrum(values, vectors, areas, mesh.area)
+    sample = sample_surface(mesh, spectrum, count=8)
+    assert_array_equal(sample.indices, [7, 31, 30, 0, 1, 2, 3, 4])
+    assert_array_equal(sample.indices, _every_distance(mesh, spectrum, 8))
 
 
 def test_points_lie_evenly() -> None:

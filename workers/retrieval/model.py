@@ -7,11 +7,13 @@ from typing import Any
 
 import numpy as np
 
+from workers.diffusion.kernels import Kernel
 from workers.errors import InvalidRequestError
 from workers.geometry.arrays import Float32Array, read_only
 from workers.geometry.preparation import View
 from workers.geometry.solution import Solution
 from workers.retrieval.channels import Channel, channel_from_json
+from workers.retrieval.channels.signatures import Signatures
 from workers.retrieval.roughness import RoughnessLimits
 
 Entry = Channel | RoughnessLimits
@@ -203,14 +205,20 @@ def describe(solutions: Mapping[str, Solution], model: Model) -> Float32Array:
     InvalidRequestError
         A view is missing.
     """
-    vectors = []
     for entry in model.entries:
         if entry.view not in solutions:
             raise InvalidRequestError(
                 f"model {model.name!r} needs the view {entry.view!r}, "
                 f"but the shape was prepared as {', '.join(solutions) or 'none'}"
             )
-        vectors.append(entry.describe(solutions[entry.view]))
+    # What channels of a view share is computed once.
+    needed: dict[str, list[tuple[str, Kernel]]] = {entry.view: [] for entry in model.entries}
+    for entry in model.entries:
+        needed[entry.view] += entry.signatures_needed
+    signatures = {view: Signatures(solutions[view], keys) for view, keys in needed.items()}
+    vectors = [
+        entry.describe(solutions[entry.view], signatures[entry.view]) for entry in model.entries
+    ]
     descriptor: Float32Array = read_only(np.concatenate(vectors), np.float32)
     return descriptor
 

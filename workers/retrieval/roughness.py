@@ -6,6 +6,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from workers.diffusion.kernels import Kernel
 from workers.errors import InvalidRequestError
 from workers.geometry.arrays import Float32Array, FloatArray
 from workers.geometry.sampling import SAMPLES
@@ -13,6 +14,7 @@ from workers.geometry.smoothing import roughness
 from workers.geometry.solution import Solution
 from workers.retrieval.channels.axis import Axis
 from workers.retrieval.channels.base import NO_CENTRE
+from workers.retrieval.channels.signatures import Signatures
 
 
 @dataclass(frozen=True)
@@ -54,7 +56,12 @@ class RoughnessLimits:
         """Its name among the channels."""
         return f"{self.view}: roughness"
 
-    def describe(self, solution: Solution) -> Float32Array:
+    @property
+    def signatures_needed(self) -> tuple[tuple[str, Kernel], ...]:
+        """None."""
+        return ()
+
+    def describe(self, solution: Solution, signatures: Signatures | None = None) -> Float32Array:
         """Roughness of the working mesh, see `workers.geometry.smoothing.roughness`.
 
         Of several components it is the mean, by weight.
@@ -63,6 +70,8 @@ class RoughnessLimits:
         ----------
         solution : Solution
             Of the shape under the view.
+        signatures : Signatures, optional
+            Not used.
 
         Returns
         -------

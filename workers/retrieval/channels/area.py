@@ -1,15 +1,15 @@
 """The area: the one channel that sees nothing but scale."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
 
 from workers.geometry.arrays import FloatArray
-from workers.geometry.solution import Part, Solution
+from workers.geometry.solution import Solution
 from workers.retrieval.channels.axis import Axis
 from workers.retrieval.channels.base import Channel
+from workers.retrieval.channels.signatures import Signatures
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -28,13 +28,15 @@ class AreaChannel(Channel):
         """Its place."""
         return Axis("index", (1.0,))
 
-    def vector(self, solution: Solution) -> FloatArray:
+    def vector(self, solution: Solution, signatures: Signatures) -> FloatArray:
         """Logarithm of the area.
 
         Parameters
         ----------
         solution : Solution
             Of the shape under the view.
+        signatures : Signatures
+            Not used.
 
         Returns
         -------
@@ -43,19 +45,21 @@ class AreaChannel(Channel):
         logarithm: FloatArray = np.log([solution.spectrum.area])
         return logarithm
 
-    def combined(self, parts: Sequence[Part]) -> FloatArray:
+    def combined(self, solution: Solution, signatures: Signatures) -> FloatArray:
         """Logarithm of the area of all components together.
 
         Parameters
         ----------
-        parts : sequence of Part
-            All of them.
+        solution : Solution
+            Of the surface; it has parts.
+        signatures : Signatures
+            Not used.
 
         Returns
         -------
         (1,) float64
         """
-        area = sum(part.copies * part.solution.spectrum.area for part in parts)
+        area = sum(part.copies * part.solution.spectrum.area for part in solution.parts)
         logarithm: FloatArray = np.log([area])
         return logarithm
 

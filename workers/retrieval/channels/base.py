@@ -2,7 +2,7 @@
 
 import math
 from abc import ABC, abstractmethod
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, ClassVar, Self
@@ -10,12 +10,14 @@ from typing import Any, ClassVar, Self
 import numpy as np
 from numpy.typing import NDArray
 
+from workers.diffusion.kernels import Kernel
 from workers.errors import InvalidRequestError, SpectrumError
 from workers.geometry.arrays import Float32Array, FloatArray, read_only
 from workers.geometry.sampling import SAMPLES
-from workers.geometry.solution import Part, Solution
+from workers.geometry.solution import Solution
 from workers.retrieval.channels.axis import Axis
 from workers.retrieval.channels.normalisation import NORMALISATIONS
+from workers.retrieval.channels.signatures import Signatures
 from workers.retrieval.dissimilarity import find_dissimilarity
 
 NO_CENTRE = "none"
@@ -91,6 +93,11 @@ class Channel(ABC):
         """Number of eigenpairs without which there is no vector."""
         return 1
 
+    @property
+    def signatures_needed(self) -> tuple[tuple[str, Kernel], ...]:
+        """Kernels whose k(x,x) is described, each with the normalisation that gives its unit."""
+        return ()
+
     @cached_property
     def widths(self) -> FloatArray:
         """Widths of the bins, (d,); 1 where there are none."""
@@ -112,13 +119,16 @@ class Channel(ABC):
         """
         find_dissimilarity(name, distribution=self.is_distribution)
 
-    def describe(self, solution: Solution) -> Float32Array:
+    def describe(self, solution: Solution, signatures: Signatures | None = None) -> Float32Array:
         """Vector of a shape.
 
         Parameters
         ----------
         solution : Solution
             Of the shape under the channel's view.
+        signatures : Signatures, optional
+            Of this solution, at least those of `signatures_needed`; computed where they are not
+            given. The vector is the same.
 
         Returns
         -------
@@ -138,17 +148,22 @@ class Channel(ABC):
                     f"channel {self.name!r} needs {self.eigenpairs_needed} eigenvalues, but the "
                     f"spectrum of this mesh with {one.mesh.n_vertices} vertices has {found}"
                 )
-        vector = self.combined(solution.parts) if solution.parts else self.vector(solution)
-        return vector.astype(np.float32)
+        if signatures is None:
+            signatures = Signatures(solution, self.signatures_needed)
+        if solution.parts:
+            return self.combined(solution, signatures).astype(np.float32)
+        return self.vector(solution, signatures).astype(np.float32)
 
     @abstractmethod
-    def combined(self, parts: Sequence[Part]) -> FloatArray:
+    def combined(self, solution: Solution, signatures: Signatures) -> FloatArray:
         """Vector of a surface of several components.
 
         Parameters
         ----------
-        parts : sequence of Part
-            All of them.
+        solution : Solution
+            Of the surface; it has parts.
+        signatures : Signatures
+            Of this solution.
 
         Returns
         -------
@@ -156,13 +171,15 @@ class Channel(ABC):
         """
 
     @abstractmethod
-    def vector(self, solution: Solution) -> FloatArray:
+    def vector(self, solution: Solution, signatures: Signatures) -> FloatArray:
         """What `describe` rounds, (d,) float64, of a spectrum that is long enough.
 
         Parameters
         ----------
         solution : Solution
-            Of the shape under the view.
+            Of the shape under the view; connected.
+        signatures : Signatures
+            Of this solution.
 
         Returns
         -------

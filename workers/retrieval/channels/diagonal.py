@@ -3,11 +3,11 @@
 from dataclasses import dataclass
 from typing import ClassVar
 
-from workers.diffusion.distances import diagonal_signature
+from workers.diffusion.kernels import Kernel
 from workers.geometry.arrays import FloatArray
 from workers.geometry.solution import Solution
-from workers.geometry.spectrum import Spectrum
 from workers.retrieval.channels.distribution import DistributionChannel
+from workers.retrieval.channels.signatures import Signatures
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -16,18 +16,27 @@ class DiagonalChannel(DistributionChannel):
 
     feature: ClassVar[str] = "diagonal-distribution"
 
-    def values(self, solution: Solution, spectrum: Spectrum) -> tuple[FloatArray, FloatArray]:
+    @property
+    def signatures_needed(self) -> tuple[tuple[str, Kernel], ...]:
+        """That of its kernel."""
+        return ((self.normalisation, self.kernel),)
+
+    def values(
+        self, solution: Solution, signatures: Signatures
+    ) -> list[tuple[FloatArray, FloatArray]]:
         """Values k(x,x), each with the area of its vertex.
 
         Parameters
         ----------
         solution : Solution
             Not used: all vertices count.
-        spectrum : Spectrum
-            Normalised.
+        signatures : Signatures
+            Of this solution.
 
         Returns
         -------
-        values, weights : (n,) float64
+        list of (values, weights), (n,) float64 each
+            Of every component, or of the surface alone where it is connected.
         """
-        return diagonal_signature(spectrum, self.kernel), spectrum.areas
+        found = signatures.of(self.normalisation, self.kernel)
+        return [(signature.values, signature.areas) for signature in found]

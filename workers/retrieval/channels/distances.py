@@ -11,6 +11,8 @@ from workers.geometry.sampling import SAMPLES
 from workers.geometry.solution import Solution
 from workers.geometry.spectrum import Spectrum
 from workers.retrieval.channels.distribution import DistributionChannel
+from workers.retrieval.channels.normalisation import normalised_spectrum, part_spectra
+from workers.retrieval.channels.signatures import Signatures
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -32,20 +34,32 @@ class DistanceChannel(DistributionChannel):
         if self.samples < 1:
             raise self.invalid(f"{self.samples} samples asked for, expected at least 1")
 
-    def values(self, solution: Solution, spectrum: Spectrum) -> tuple[FloatArray, FloatArray]:
+    def values(
+        self, solution: Solution, signatures: Signatures
+    ) -> list[tuple[FloatArray, FloatArray]]:
         """Distances of all pairs of sampled points, each with the product of their areas.
 
         Parameters
         ----------
         solution : Solution
             Has the sample.
-        spectrum : Spectrum
-            Normalised.
+        signatures : Signatures
+            Not used.
 
         Returns
         -------
-        values, weights : (s (s + 1) / 2,) float64, see `product_measure`
+        list of (values, weights), (s (s + 1) / 2,) float64 each, see `product_measure`
+            Of every component, or of the surface alone where it is connected.
         """
+        if solution.parts:
+            spectra = [spectrum for spectrum, _ in part_spectra(solution.parts, self.normalisation)]
+            parts = [part.solution for part in solution.parts]
+            return [self._of_one(*one) for one in zip(parts, spectra, strict=True)]
+        spectrum = normalised_spectrum(solution.spectrum, self.normalisation)
+        return [self._of_one(solution, spectrum)]
+
+    def _of_one(self, solution: Solution, spectrum: Spectrum) -> tuple[FloatArray, FloatArray]:
+        """Distances on a connected surface, given its spectrum in the scale that is wanted."""
         sample = solution.sample(self.samples)
         distances = pairwise_diffusion_distances(spectrum, self.kernel, sample.indices)
         return product_measure(distances, sample.weights)

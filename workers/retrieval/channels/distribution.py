@@ -12,10 +12,9 @@ from workers.diffusion.distributions import weighted_mean
 from workers.errors import KernelDomainError
 from workers.geometry.arrays import FloatArray
 from workers.geometry.solution import Part, Solution
-from workers.geometry.spectrum import Spectrum
 from workers.retrieval.channels.axis import Axis
 from workers.retrieval.channels.kernel import KernelChannel
-from workers.retrieval.channels.normalisation import normalised_spectrum, part_spectra
+from workers.retrieval.channels.signatures import Signatures
 from workers.retrieval.channels.summaries import (
     Histogram,
     Summary,
@@ -58,28 +57,33 @@ class DistributionChannel(KernelChannel):
         return Axis("levels", self.summary.levels)
 
     @abstractmethod
-    def values(self, solution: Solution, spectrum: Spectrum) -> tuple[FloatArray, FloatArray]:
+    def values(
+        self, solution: Solution, signatures: Signatures
+    ) -> list[tuple[FloatArray, FloatArray]]:
         """Values and their weights.
 
         Parameters
         ----------
         solution : Solution
             Of the shape under the view.
-        spectrum : Spectrum
-            The solution's, normalised.
+        signatures : Signatures
+            Of this solution.
 
         Returns
         -------
-        values, weights : (n,) float64
+        list of (values, weights), (n,) float64 each
+            Of every component, or of the surface alone where it is connected.
         """
 
-    def vector(self, solution: Solution) -> FloatArray:
+    def vector(self, solution: Solution, signatures: Signatures) -> FloatArray:
         """Histogram or quantiles of the values.
 
         Parameters
         ----------
         solution : Solution
             Of the shape under the view.
+        signatures : Signatures
+            Of this solution.
 
         Returns
         -------
@@ -90,27 +94,24 @@ class DistributionChannel(KernelChannel):
         KernelDomainError
             The values are to be divided by their mean, which is not above 0.
         """
-        spectrum = normalised_spectrum(solution.spectrum, self.normalisation)
-        return self._summary(*self.values(solution, spectrum))
+        ((values, weights),) = self.values(solution, signatures)
+        return self._summary(values, weights)
 
-    def combined(self, parts: Sequence[Part]) -> FloatArray:
+    def combined(self, solution: Solution, signatures: Signatures) -> FloatArray:
         """Summary of the values of all components, each with its weight.
 
         Parameters
         ----------
-        parts : sequence of Part
-            All of them.
+        solution : Solution
+            Of the surface; it has parts.
+        signatures : Signatures
+            Of this solution.
 
         Returns
         -------
         (d,) float64
         """
-        spectra = part_spectra(parts, self.normalisation)
-        found = [
-            self.values(part.solution, spectrum)
-            for part, (spectrum, _) in zip(parts, spectra, strict=True)
-        ]
-        return self._summary(*mixture(parts, found))
+        return self._summary(*mixture(solution.parts, self.values(solution, signatures)))
 
     def _summary(self, values: FloatArray, weights: FloatArray) -> FloatArray:
         """Histogram or quantiles, (d,)."""

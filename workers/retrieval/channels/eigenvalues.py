@@ -1,17 +1,18 @@
 """Logarithms of eigenvalues: ShapeDNA (Reuter, Wolter, Peinecke 2005)."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
 import numpy as np
 
 from workers.geometry.arrays import FloatArray, IntArray
-from workers.geometry.solution import Part, Solution
+from workers.geometry.solution import Solution
 from workers.geometry.spectrum import Spectrum
 from workers.retrieval.channels.axis import Axis
 from workers.retrieval.channels.base import Channel
-from workers.retrieval.channels.normalisation import normalised_spectrum, part_spectra
+from workers.retrieval.channels.normalisation import length_factor, part_factors
+from workers.retrieval.channels.signatures import Signatures
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -50,41 +51,50 @@ class EigenvalueChannel(Channel):
         """The highest number."""
         return max(self.numbers)
 
-    def vector(self, solution: Solution) -> FloatArray:
+    def vector(self, solution: Solution, signatures: Signatures) -> FloatArray:
         """Logarithms of the eigenvalues in the unit of the normalisation.
 
         Parameters
         ----------
         solution : Solution
             Of the shape under the view.
+        signatures : Signatures
+            Not used.
 
         Returns
         -------
         (d,) float64
         """
-        return self._logarithms(normalised_spectrum(solution.spectrum, self.normalisation))
+        spectrum = solution.spectrum
+        return self._logarithms(spectrum, length_factor(spectrum, self.normalisation))
 
-    def combined(self, parts: Sequence[Part]) -> FloatArray:
+    def combined(self, solution: Solution, signatures: Signatures) -> FloatArray:
         """Mean of the components' logarithms, by weight.
 
         Parameters
         ----------
-        parts : sequence of Part
-            All of them.
+        solution : Solution
+            Of the surface; it has parts.
+        signatures : Signatures
+            Not used.
 
         Returns
         -------
         (d,) float64
         """
-        found = part_spectra(parts, self.normalisation)
-        logarithms = [self._logarithms(spectrum) + rest for spectrum, rest in found]  # (d,) each
+        parts = solution.parts
+        found = zip(parts, part_factors(parts, self.normalisation), strict=True)
+        logarithms = [
+            self._logarithms(part.solution.spectrum, factor) + rest
+            for part, (factor, rest) in found
+        ]  # (d,) each
         mean: FloatArray = np.average(logarithms, axis=0, weights=[p.weight for p in parts])
         return mean
 
-    def _logarithms(self, spectrum: Spectrum) -> FloatArray:
-        """Logarithms of the eigenvalues that are wanted, (d,)."""
+    def _logarithms(self, spectrum: Spectrum, factor: float) -> FloatArray:
+        """Logarithms of the eigenvalues that are wanted, (d,), in a scale."""
         numbers: IntArray = np.array(self.numbers, dtype=np.int64) - 1
-        eigenvalues = spectrum.eigenvalues[numbers]  # (d,)
+        eigenvalues = spectrum.eigenvalues[numbers] / factor**2  # (d,)
         if self.normalisation == "mean":
             eigenvalues = eigenvalues / eigenvalues.mean()
         logarithms: FloatArray = np.log(eigenvalues)

@@ -1,23 +1,20 @@
 """The distribution of ln k(x,x): how things are around each point, whatever their size."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
 import numpy as np
 
-from workers.diffusion.distances import diagonal_signature
 from workers.diffusion.distributions import weighted_mean
 from workers.diffusion.kernels import Kernel
 from workers.geometry.arrays import FloatArray
-from workers.geometry.solution import Part, Solution
-from workers.geometry.spectrum import Spectrum
+from workers.geometry.solution import Solution
 from workers.retrieval.channels.base import NO_CENTRE
-from workers.retrieval.channels.distribution import DistributionChannel, mixture
-from workers.retrieval.channels.normalisation import part_spectra
+from workers.retrieval.channels.distribution import DistributionChannel
+from workers.retrieval.channels.signatures import Signatures
 
 CENTRES = (NO_CENTRE, "mean", "log-mean")
-LOG_FLOOR = 1e-9  # keeps the logarithm finite where a kernel leaves nothing, at area 1
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -40,42 +37,30 @@ class LogDiagonalChannel(DistributionChannel):
         if self.centre not in CENTRES:
             raise self.invalid(f"there is no centre {self.centre!r}; there are {CENTRES}")
 
-    def values(self, solution: Solution, spectrum: Spectrum) -> tuple[FloatArray, FloatArray]:
-        """Values ln k(x,x) without their centre, each with the area of its vertex.
+    @property
+    def signatures_needed(self) -> tuple[tuple[str, Kernel], ...]:
+        """That of its kernel."""
+        return ((self.normalisation, self.kernel),)
+
+    def values(
+        self, solution: Solution, signatures: Signatures
+    ) -> list[tuple[FloatArray, FloatArray]]:
+        """Values ln k(x,x), each with the area of its vertex.
 
         Parameters
         ----------
         solution : Solution
             Not used: all vertices count.
-        spectrum : Spectrum
-            Normalised.
+        signatures : Signatures
+            Of this solution.
 
         Returns
         -------
-        values, weights : (n,) float64
+        list of (values, weights), (n,) float64 each
+            Of every component, or of the surface alone where it is connected.
         """
-        return log_diagonal(spectrum, self.kernel, self.centre), spectrum.areas
-
-    def combined(self, parts: Sequence[Part]) -> FloatArray:
-        """Summary of ln k(x,x) of all components, less the centre of them all.
-
-        Parameters
-        ----------
-        parts : sequence of Part
-            All of them.
-
-        Returns
-        -------
-        (d,) float64
-        """
-        spectra = part_spectra(parts, self.normalisation)
-        found = [(log_diagonal(one, self.kernel) + rest, one.areas) for one, rest in spectra]
-        logarithms, weights = mixture(parts, found)
-        if self.centre == "mean":
-            logarithms = logarithms - np.log(weighted_mean(np.exp(logarithms), weights))
-        elif self.centre == "log-mean":
-            logarithms = logarithms - weighted_mean(logarithms, weights)
-        return self._summary(logarithms, weights)
+        found = signatures.of(self.normalisation, self.kernel)
+        return [(one.logarithms + one.rest, one.areas) for one in found]
 
     def to_json(self) -> dict[str, Any]:
         """As it is stored, with the centre.
@@ -90,34 +75,10 @@ class LogDiagonalChannel(DistributionChannel):
     def _fields_from_json(cls, value: Mapping[str, Any]) -> dict[str, Any]:
         return super()._fields_from_json(value) | {"centre": str(value["centre"])}
 
-
-def log_diagonal(spectrum: Spectrum, kernel: Kernel, centre: str = NO_CENTRE) -> FloatArray:
-    """Logarithm of k(x,x) at every vertex, less its centre.
-
-    Parameters
-    ----------
-    spectrum : Spectrum
-        In the unit that the kernel was made for.
-    kernel : Kernel
-        Gives K²(λ) >= 0.
-    centre : str
-        See `LogDiagonalChannel`.
-
-    Returns
-    -------
-    (n,) float64; k is raised by 10⁻⁹ / area, so that the logarithm is finite.
-
-    Raises
-    ------
-    KernelDomainError
-        The kernel is not finite, or negative, on the spectrum's eigenvalues.
-    """
-    values = diagonal_signature(spectrum, kernel)  # (n,)
-    logarithms = np.log(values + LOG_FLOOR / spectrum.area)
-    if centre == "mean":
-        mean = weighted_mean(values, spectrum.areas)
-        logarithms -= np.log(mean + LOG_FLOOR / spectrum.area)
-    elif centre == "log-mean":
-        logarithms -= weighted_mean(logarithms, spectrum.areas)
-    centred: FloatArray = logarithms
-    return centred
+    def _summary(self, values: FloatArray, weights: FloatArray) -> FloatArray:
+        """Histogram or quantiles of the values less their centre, (d,)."""
+        if self.centre == "mean":
+            values = values - np.log(weighted_mean(np.exp(values), weights))
+        elif self.centre == "log-mean":
+            values = values - weighted_mean(values, weights)
+        return super()._summary(values, weights)

@@ -14,13 +14,12 @@ from numpy.typing import NDArray
 
 from workers.diffusion.kernels import HeatKernel
 from workers.geometry.arrays import FloatArray
-from workers.geometry.solution import Part, Solution
-from workers.geometry.spectrum import Spectrum
+from workers.geometry.solution import Solution
 from workers.retrieval.chamfer import DIRECTED_CHAMFER, directed_chamfer
 from workers.retrieval.channels.axis import Axis
 from workers.retrieval.channels.kernel import KernelChannel
-from workers.retrieval.channels.log_diagonal import log_diagonal
-from workers.retrieval.channels.normalisation import normalised_spectrum, part_spectra
+from workers.retrieval.channels.normalisation import length_factor, part_factors
+from workers.retrieval.channels.signatures import LOG_FLOOR, Signatures, diagonals
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -87,50 +86,56 @@ class PointsChannel(KernelChannel):
         if name != DIRECTED_CHAMFER:
             raise self.invalid(f"points are compared by {DIRECTED_CHAMFER!r} alone, not {name!r}")
 
-    def vector(self, solution: Solution) -> FloatArray:
+    def vector(self, solution: Solution, signatures: Signatures) -> FloatArray:
         """Signatures of the points, one point after the other.
 
         Parameters
         ----------
         solution : Solution
             Has the points.
+        signatures : Signatures
+            Not used.
 
         Returns
         -------
         (samples · t,) float64
         """
-        spectrum = normalised_spectrum(solution.spectrum, self.normalisation)
-        return self._signatures(solution, spectrum, self.samples).ravel()
+        factor = length_factor(solution.spectrum, self.normalisation)
+        return self._logarithms(solution, factor, self.samples).ravel()
 
-    def combined(self, parts: Sequence[Part]) -> FloatArray:
+    def combined(self, solution: Solution, signatures: Signatures) -> FloatArray:
         """Signatures of points of all components: of each as many as its weight is worth.
 
         Parameters
         ----------
-        parts : sequence of Part
-            All of them.
+        solution : Solution
+            Its parts have the points.
+        signatures : Signatures
+            Not used.
 
         Returns
         -------
         (samples · t,) float64
         """
+        parts = solution.parts
         counts = shared_out(self.samples, [part.weight for part in parts])
-        spectra = part_spectra(parts, self.normalisation)
-        signatures = [
-            self._signatures(part.solution, spectrum, count) + rest
-            for part, (spectrum, rest), count in zip(parts, spectra, counts, strict=True)
+        factors = part_factors(parts, self.normalisation)
+        found = [
+            self._logarithms(part.solution, factor, count) + rest
+            for part, (factor, rest), count in zip(parts, factors, counts, strict=True)
             if count
         ]
-        all_of_them: FloatArray = np.concatenate(signatures).ravel()
+        all_of_them: FloatArray = np.concatenate(found).ravel()
         return all_of_them
 
-    def _signatures(self, solution: Solution, spectrum: Spectrum, count: int) -> FloatArray:
-        """Signatures (count, t) of farthest points of a connected surface."""
-        kernels = [HeatKernel(one * self.kernel.time) for one in self.time_factors]
-        logarithms = np.stack([log_diagonal(spectrum, kernel) for kernel in kernels])  # (t, n)
+    def _logarithms(self, solution: Solution, factor: float, count: int) -> FloatArray:
+        """Signatures (count, t) of farthest points of a connected surface, in a scale."""
+        kernels = [(HeatKernel(one * self.kernel.time), factor) for one in self.time_factors]
         points = np.resize(solution.farthest_points(count), count)
-        signatures: FloatArray = logarithms[:, points].T
-        return signatures
+        values = diagonals(solution.spectrum, kernels, points)  # (t, count)
+        area = solution.spectrum.area * factor**2
+        logarithms: FloatArray = np.log(values + LOG_FLOOR / area).T
+        return logarithms
 
     def compare(
         self,
