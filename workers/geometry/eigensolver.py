@@ -18,6 +18,7 @@ DENSE_VERTICES = 500
 
 _DENSE_SHARE = 5  # where more than a fifth of all eigenpairs are wanted LAPACK computes all
 _LAST_RESORT_VERTICES = 4000  # the most that LAPACK is given when all else failed; chosen, 30 s
+_SMALL = 16  # for fewer pairs than this, blocks of at most half of this are halved
 _START_SEED = 20140717  # of the first Lanczos block: the same mesh gives the same bits
 _MOST_REFUSALS = 3  # by the certificate, before the next strategy is tried; chosen, not measured
 _ZERO = 1e-10  # at area 1 a second eigenvalue below this is a second zero mode
@@ -40,8 +41,8 @@ class Strategy:
 
 
 STRATEGIES = (
-    Strategy(block=8, position=0.45),
-    Strategy(block=8, position=0.37),
+    Strategy(block=8, position=0.6),
+    Strategy(block=8, position=0.5),
     Strategy(block=32, position=0.41),
     Strategy(block=0, position=-0.02),
 )
@@ -163,6 +164,8 @@ def _attempt(
     n_rows = len(zero_mode)
     factor = place_shift(matrix, count, strategy.position)
     block = strategy.block or count + 8
+    if count < 2 * strategy.block <= _SMALL:
+        block = strategy.block // 2
     capacity = min(8 * count + 12 * block, n_rows - 2 - 2 * block)
     if factor is None or capacity < count + 2:
         return None
@@ -174,14 +177,12 @@ def _attempt(
         deflated=(zero_mode / np.linalg.norm(zero_mode))[:, None],
         rng=np.random.Generator(np.random.PCG64(_START_SEED)),
     )
-    next_check = 2 * count + 4 * block
+    forecast = _Forecast(process, factor, count)
     refusals = 0
     while not process.is_full and refusals < _MOST_REFUSALS:
         process.step()
-        if process.size < next_check and not process.is_full:
+        if not (forecast.is_due() or process.is_full):
             continue
-        # A check costs as much as several steps: the next one waits until it may end the search.
-        next_check = process.size + max(block, count // 4)
         ritz = process.ritz_pairs()
         candidate = _converged(ritz, factor, count)
         if candidate is None:
@@ -192,6 +193,63 @@ def _attempt(
                 return found
         refusals += 1  # a larger Krylov space may hold what is missing
     return None
+
+
+class _Forecast:
+    """Tells when a Krylov space is large enough for a check, which costs as much as many steps.
+
+    The wanted eigenvalue farthest from the shift converges last. Its residual alone is cheap, and
+    falls evenly from some point on: two of them tell the size at which it is small enough.
+    """
+
+    def __init__(self, process: BlockLanczos, factor: ShiftedFactor, count: int) -> None:
+        """Wait until there may be something to see."""
+        self._process = process
+        self._factor = factor
+        self._count = count
+        self._next = int(1.4 * count) + 8 * process.block
+        self._seen: tuple[int, float] | None = None
+        self._fulfilled = False
+
+    def is_due(self) -> bool:
+        """Whether the farthest wanted eigenvalue has converged; after that every few steps."""
+        process = self._process
+        if process.size < self._next:
+            return False
+        if self._fulfilled:
+            self._next = process.size + max(process.block, self._count // 8)
+            return True
+        excess = self._excess()
+        if excess <= 0.0:
+            self._fulfilled = True
+            return True
+        wait = max(process.block, self._count // 10)
+        if self._seen is not None:
+            size, before = self._seen
+            if before > excess:
+                wait = int(excess / (before - excess) * (process.size - size))
+        self._seen = process.size, excess
+        self._next = process.size + min(max(wait, process.block), max(self._count // 2, 16))
+        return False
+
+    def _excess(self) -> float:
+        """Logarithm of the farthest wanted pairs' residual over what it may be, the larger one."""
+        n_lower = max(self._factor.n_below - 1, 0)
+        n_upper = self._count - n_lower
+        worst = -np.inf
+        if n_lower > 0:
+            worst = self._excess_at(n_lower - 1, -1.0)
+        if n_upper > 0:
+            worst = max(worst, self._excess_at(self._process.size - n_upper, 1.0))
+        return worst
+
+    def _excess_at(self, index: int, sign: float) -> float:
+        """The same of one Ritz value, which must be on its side of the shift."""
+        theta, residual = self._process.remainder_at(index)
+        growth = theta * (1.0 + theta * self._factor.shift)  # λ θ², as in `_converged`
+        if theta * sign <= 0.0 or growth <= 0.0:
+            return np.inf
+        return float(np.log(max(residual, 1e-300) / (RESIDUAL * growth)))
 
 
 def place_shift(matrix: sparse.csc_array, count: int, position: float) -> ShiftedFactor | None:
@@ -227,7 +285,7 @@ def place_shift(matrix: sparse.csc_array, count: int, position: float) -> Shifte
         below = factor.n_below - 1  # the zero mode is not wanted
         if below < count:
             best = factor
-        if (0.15 * count <= below or count < 8) and below <= 0.75 * count:
+        if (0.3 * count <= below or count < 8) and below <= 0.75 * count + 1.5:
             break
         if below > 0.5 * count:
             many = shift
