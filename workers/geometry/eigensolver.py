@@ -9,7 +9,7 @@ from scipy import sparse
 
 from workers.errors import SpectrumError
 from workers.geometry.arrays import FloatArray
-from workers.geometry.certificate import RESIDUAL, Candidate, is_certified, polished
+from workers.geometry.certificate import RESIDUAL, Candidate, is_certified, is_complete, polished
 from workers.geometry.inertia import ShiftedFactor, factorise, factorise_between
 from workers.geometry.lanczos import BlockLanczos, RitzPairs
 
@@ -18,9 +18,9 @@ DENSE_VERTICES = 500
 
 _DENSE_SHARE = 5  # where more than a fifth of all eigenpairs are wanted LAPACK computes all
 _LAST_RESORT_VERTICES = 4000  # the most that LAPACK is given when all else failed; chosen, 30 s
-_SMALL = 16  # for fewer pairs than this, blocks of at most half of this are halved
 _START_SEED = 20140717  # of the first Lanczos block: the same mesh gives the same bits
 _MOST_REFUSALS = 3  # by the certificate, before the next strategy is tried; chosen, not measured
+_USUAL_SLOPE = 1.8  # measured: the fall of the logarithm of the last pair's residual, a step
 _ZERO = 1e-10  # at area 1 a second eigenvalue below this is a second zero mode
 
 
@@ -40,6 +40,12 @@ class Strategy:
     position: float
 
 
+FEW = 16
+"""For fewer pairs than this the first strategy is `FOR_FEW`."""
+
+FOR_FEW = Strategy(block=4, position=1.2)
+"""Beyond the wanted range: one factor searches and certifies, for some more steps of the search."""
+
 STRATEGIES = (
     Strategy(block=8, position=0.6),
     Strategy(block=8, position=0.5),
@@ -58,7 +64,7 @@ def smallest_eigenpairs(
     areas: FloatArray,
     n_eigenpairs: int,
     *,
-    strategies: Sequence[Strategy] = STRATEGIES,
+    strategies: Sequence[Strategy] | None = None,
     last_resort: int = _LAST_RESORT_VERTICES,
 ) -> tuple[FloatArray, FloatArray]:
     """Smallest nonzero eigenpairs of W φ = λ A φ of one connected component, eq. (9).
@@ -76,7 +82,8 @@ def smallest_eigenpairs(
     n_eigenpairs : int
         k; all n - 1 where there are fewer.
     strategies : sequence of Strategy
-        Tried in turn until one is certified.
+        Tried in turn until one is certified; None for `STRATEGIES`, after `FOR_FEW` where that is
+        fast.
     last_resort : int
         Most vertices that are solved densely where no strategy was certified.
 
@@ -92,6 +99,8 @@ def smallest_eigenpairs(
     SpectrumError
         No strategy gave eigenpairs that could be certified, or the surface is not connected.
     """
+    if strategies is None:
+        strategies = (FOR_FEW, *STRATEGIES) if n_eigenpairs < FEW else STRATEGIES
     n_vertices = len(areas)
     count = min(n_eigenpairs, n_vertices - 1)
     if count < 1:
@@ -144,7 +153,9 @@ def _certified_eigenpairs(
     roots = np.sqrt(masses)  # (n,) also the zero mode of S
     scaling = sparse.diags_array(1.0 / roots)
     matrix = sparse.csc_array(scaling @ stiffness @ scaling)
-    for strategy in strategies:
+    for strategy in (
+        (FOR_FEW, *strategies) if count < FEW and strategies is STRATEGIES else strategies
+    ):
         found = _attempt(matrix, roots, count, strategy)
         if found is not None:
             values, vectors = found
@@ -163,11 +174,12 @@ def _attempt(
     """Eigenpairs of S by one strategy, certified, or None."""
     n_rows = len(zero_mode)
     factor = place_shift(matrix, count, strategy.position)
+    if factor is None:
+        return None
     block = strategy.block or count + 8
-    if count < 2 * strategy.block <= _SMALL:
-        block = strategy.block // 2
-    capacity = min(8 * count + 12 * block, n_rows - 2 - 2 * block)
-    if factor is None or capacity < count + 2:
+    wanted = max(count, factor.n_below - 1)  # all below the shift: then its inertia certifies them
+    capacity = min(8 * wanted + 12 * block, n_rows - 2 - 2 * block)
+    if capacity < wanted + 2:
         return None
     process = BlockLanczos(
         factor.solve,
@@ -177,17 +189,19 @@ def _attempt(
         deflated=(zero_mode / np.linalg.norm(zero_mode))[:, None],
         rng=np.random.Generator(np.random.PCG64(_START_SEED)),
     )
-    forecast = _Forecast(process, factor, count)
+    forecast = _Forecast(process, factor, wanted)
     refusals = 0
     while not process.is_full and refusals < _MOST_REFUSALS:
         process.step()
         if not (forecast.is_due() or process.is_full):
             continue
         ritz = process.ritz_pairs()
-        candidate = _converged(ritz, factor, count)
+        candidate = _converged(ritz, factor, wanted)
         if candidate is None:
             continue
-        if is_certified(matrix, zero_mode, candidate, count):
+        if (
+            factor.n_below > count and is_complete(matrix, zero_mode, candidate, factor)
+        ) or is_certified(matrix, zero_mode, candidate, count):
             found = polished(matrix, factor, ritz.vectors(candidate.indices[:count]))
             if found is not None:
                 return found
@@ -207,7 +221,7 @@ class _Forecast:
         self._process = process
         self._factor = factor
         self._count = count
-        self._next = int(1.4 * count) + 8 * process.block
+        self._next = int(1.5 * count) + 10 * process.block
         self._seen: tuple[int, float] | None = None
         self._fulfilled = False
 
@@ -223,13 +237,12 @@ class _Forecast:
         if excess <= 0.0:
             self._fulfilled = True
             return True
-        wait = max(process.block, self._count // 10)
-        if self._seen is not None:
-            size, before = self._seen
-            if before > excess:
-                wait = int(excess / (before - excess) * (process.size - size))
+        slope = _USUAL_SLOPE / process.block
+        if self._seen is not None and self._seen[1] > excess:
+            slope = (self._seen[1] - excess) / (process.size - self._seen[0])
         self._seen = process.size, excess
-        self._next = process.size + min(max(wait, process.block), max(self._count // 2, 16))
+        wait = min(excess / slope, 0.5 * self._count + process.block)
+        self._next = process.size + int(np.ceil(wait))
         return False
 
     def _excess(self) -> float:
@@ -265,17 +278,21 @@ def place_shift(matrix: sparse.csc_array, count: int, position: float) -> Shifte
     count : int
         k, the number of nonzero eigenvalues wanted.
     position : float
-        About the share of the wanted eigenvalues that lie below the shift; negative for none.
+        About the share of the wanted eigenvalues that lie below the shift; negative for none, 1 or
+        more for all of them and some others.
 
     Returns
     -------
     ShiftedFactor or None
-        None where no sound factor with fewer than k eigenvalues below it was found.
+        None where no sound factor was found with fewer than k eigenvalues below it; for a position
+        of 1 or more, with any number.
     """
     shift = position * 4.0 * np.pi * count
     if position < 0.0:
         factor = factorise(matrix, shift)
         return factor if factor is not None and factor.n_below == 0 else None
+    inside = position < 1.0
+    low, high = (0.3 * count, 0.75 * count + 1.5) if inside else (count, 2.0 * count + 4.0)
     few, many = 0.0, np.inf  # shifts known to have too few, too many eigenvalues below
     best = None
     while many > 1.2 * few:
@@ -283,17 +300,16 @@ def place_shift(matrix: sparse.csc_array, count: int, position: float) -> Shifte
         if factor is None:
             return best
         below = factor.n_below - 1  # the zero mode is not wanted
-        if below < count:
+        if below < count or not inside:
             best = factor
-        if (0.3 * count <= below or count < 8) and below <= 0.75 * count + 1.5:
+        if (low <= below or (inside and count < 8)) and below <= high:
             break
-        if below > 0.5 * count:
+        if below > 0.5 * (low + high):
             many = shift
         else:
             few = shift
         target = shift * float(np.clip(position * count / max(below, 1), 0.1, 10.0))
-        inside = few < target < many
-        shift = target if inside else float(np.sqrt(max(few, 0.01 * many) * many))
+        shift = target if few < target < many else float(np.sqrt(max(few, 0.01 * many) * many))
     return best
 
 

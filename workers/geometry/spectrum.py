@@ -133,8 +133,8 @@ def laplacian_spectrum(laplacian: Laplacian, *, n_eigenpairs: int) -> Spectrum:
         return Spectrum(np.empty(0), np.empty((len(areas), 0)), areas, float(areas.sum()))
     if len(parts) == 1:
         parts[0].grow(count)
-    else:
-        _grow_until_merged(parts, count, float(areas.sum()))
+        return Spectrum(parts[0].eigenvalues, parts[0].eigenvectors, areas, float(areas.sum()))
+    _grow_until_merged(parts, count, float(areas.sum()))
     values = np.concatenate([part.eigenvalues for part in parts])
     owners = np.repeat(np.arange(len(parts)), [len(part.eigenvalues) for part in parts])
     columns = np.concatenate([np.arange(len(part.eigenvalues)) for part in parts])
