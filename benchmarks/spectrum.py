@@ -115,11 +115,12 @@ def _by_strategies(strategies: Sequence[Strategy]) -> Solver:
 
 VARIANTS: Mapping[str, Solver] = {
     OURS: _by_strategies(STRATEGIES[:1]),
-    "block 4": _by_strategies([Strategy(4, 0.45)]),
-    "block 16": _by_strategies([Strategy(16, 0.45)]),
-    "block 32": _by_strategies([Strategy(32, 0.45)]),
-    "shift 0.25": _by_strategies([Strategy(8, 0.25)]),
-    "shift 0.6": _by_strategies([Strategy(8, 0.6)]),
+    "block 4": _by_strategies([Strategy(4, 0.6)]),
+    "block 16": _by_strategies([Strategy(16, 0.6)]),
+    "block 32": _by_strategies([Strategy(32, 0.6)]),
+    "shift 0.45": _by_strategies([Strategy(8, 0.45)]),
+    "shift 0.7": _by_strategies([Strategy(8, 0.7)]),
+    "shift 1.05": _by_strategies([Strategy(8, 1.05)]),
     "shift -0.02": _by_strategies([Strategy(8, -0.02)]),
     "LAPACK": _by_strategies([]),
 }

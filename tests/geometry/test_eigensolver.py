@@ -11,11 +11,14 @@ from scipy import sparse
 from tests.meshes import bumpy_sphere, icosphere, rectangle, union
 from workers.errors import SpectrumError
 from workers.geometry.arrays import FloatArray
-from workers.geometry.certificate import Candidate, is_certified
+from workers.geometry.certificate import Candidate, is_certified, is_complete, polished
 from workers.geometry.eigensolver import (
     DENSE_VERTICES,
+    FEW,
+    FOR_FEW,
     STRATEGIES,
     Strategy,
+    place_shift,
     smallest_eigenpairs,
 )
 from workers.geometry.inertia import SOUND_ERROR, factorise
@@ -216,7 +219,7 @@ def test_what_no_strategy_can_certify_is_solved_densely_or_an_error() -> None:
         )
 
 
-@pytest.mark.parametrize("strategy", STRATEGIES)
+@pytest.mark.parametrize("strategy", [FOR_FEW, *STRATEGIES])
 def test_every_strategy_by_itself_gives_the_same_eigenvalues(strategy: Strategy) -> None:
     laplacian = mesh_laplacian(bumpy_sphere(4))
     expected, _ = smallest_eigenpairs(laplacian.stiffness, laplacian.areas, 30)
@@ -224,3 +227,63 @@ def test_every_strategy_by_itself_gives_the_same_eigenvalues(strategy: Strategy)
         laplacian.stiffness, laplacian.areas, 30, strategies=(strategy,), last_resort=0
     )
     assert_allclose(values, expected, rtol=1e-10)
+
+
+def _unit_area_form(mesh: TriangleMesh) -> tuple[sparse.csc_array, FloatArray]:
+    """S at area 1, and its zero mode."""
+    laplacian = mesh_laplacian(mesh)
+    roots = np.sqrt(laplacian.areas / laplacian.areas.sum())
+    scaling = sparse.diags_array(1.0 / roots)
+    return sparse.csc_array(scaling @ laplacian.stiffness @ scaling), roots
+
+
+def test_the_factor_of_the_search_certifies_what_lies_below_its_shift() -> None:
+    matrix, roots = _unit_area_form(bumpy_sphere(2))
+    values = np.linalg.eigvalsh(matrix.toarray())[1:30]
+    factor = factorise(matrix, 0.5 * (values[11] + values[12]))
+    assert factor is not None
+    whole = Candidate(values, values - 1e-9, values + 1e-9, np.arange(29))
+    assert is_complete(matrix, roots, whole, factor)
+    for missing in range(12):
+        rest = np.delete(values, missing)
+        lacking = replace(whole, values=rest, lower=rest - 1e-9, upper=rest + 1e-9)
+        assert not is_complete(matrix, roots, lacking, factor)
+    doubled = np.sort(np.append(values, values[3]))  # one more than there are
+    twice = replace(whole, values=doubled, lower=doubled - 1e-9, upper=doubled + 1e-9)
+    assert not is_complete(matrix, roots, twice, factor)
+    vague = replace(whole, upper=np.where(np.arange(29) == 11, values[12], whole.upper))
+    assert not is_complete(matrix, roots, vague, factor)
+    nothing_above = replace(
+        whole, values=values[:12], lower=whole.lower[:12], upper=whole.upper[:12]
+    )
+    assert not is_complete(matrix, roots, nothing_above, factor)
+
+
+@pytest.mark.parametrize("position", [1.2, 1.6])
+def test_a_position_beyond_one_has_all_wanted_eigenvalues_below_the_shift(position: float) -> None:
+    for mesh in (bumpy_sphere(3), rectangle(60, 20, 30.0, 1.0)):
+        factor = place_shift(_unit_area_form(mesh)[0], 10, position)
+        assert factor is not None
+        assert 10 <= factor.n_below - 1 <= 24
+
+
+@pytest.mark.parametrize("spoilt", [0.0, 1e-11, 1e-6, 1e-2])
+def test_vectors_that_span_the_eigenspace_become_its_eigenvectors(spoilt: float) -> None:
+    matrix, _ = _unit_area_form(bumpy_sphere(2))
+    values, vectors = np.linalg.eigh(matrix.toarray())
+    mixing = np.eye(10) + spoilt * np.random.default_rng(2).normal(size=(10, 10))
+    factor = factorise(matrix, 0.5 * (values[5] + values[6]))
+    assert factor is not None
+    found = polished(matrix, factor, vectors[:, 1:11] @ mixing)
+    assert found is not None
+    assert_allclose(found[0], values[1:11], rtol=1e-11)
+    assert_allclose(found[1].T @ found[1], np.eye(10), atol=1e-13)
+    assert_allclose(matrix @ found[1], found[0] * found[1], atol=1e-7 * values[10])
+
+
+def test_few_eigenpairs_are_the_first_of_many() -> None:
+    laplacian = mesh_laplacian(bumpy_sphere(4))
+    many, _ = smallest_eigenpairs(laplacian.stiffness, laplacian.areas, 2 * FEW)
+    for count in (1, 5, FEW - 1):
+        few, _ = smallest_eigenpairs(laplacian.stiffness, laplacian.areas, count)
+        assert_allclose(few, many[:count], rtol=1e-10)

@@ -9,7 +9,7 @@ from scipy import sparse
 
 from workers.errors import SpectrumError
 from workers.geometry.arrays import FloatArray
-from workers.geometry.certificate import RESIDUAL, Candidate, is_certified, polished
+from workers.geometry.certificate import RESIDUAL, Candidate, is_certified, is_complete, polished
 from workers.geometry.inertia import ShiftedFactor, factorise, factorise_between
 from workers.geometry.lanczos import BlockLanczos, RitzPairs
 
@@ -20,6 +20,7 @@ _DENSE_SHARE = 5  # where more than a fifth of all eigenpairs are wanted LAPACK 
 _LAST_RESORT_VERTICES = 4000  # the most that LAPACK is given when all else failed; chosen, 30 s
 _START_SEED = 20140717  # of the first Lanczos block: the same mesh gives the same bits
 _MOST_REFUSALS = 3  # by the certificate, before the next strategy is tried; chosen, not measured
+_USUAL_SLOPE = 1.8  # measured: the fall of the logarithm of the last pair's residual, a step
 _ZERO = 1e-10  # at area 1 a second eigenvalue below this is a second zero mode
 
 
@@ -39,9 +40,15 @@ class Strategy:
     position: float
 
 
+FEW = 16
+"""For fewer pairs than this the first strategy is `FOR_FEW`."""
+
+FOR_FEW = Strategy(block=4, position=1.2)
+"""Beyond the wanted range: one factor searches and certifies, for some more steps of the search."""
+
 STRATEGIES = (
-    Strategy(block=8, position=0.45),
-    Strategy(block=8, position=0.37),
+    Strategy(block=8, position=0.6),
+    Strategy(block=8, position=0.5),
     Strategy(block=32, position=0.41),
     Strategy(block=0, position=-0.02),
 )
@@ -57,7 +64,7 @@ def smallest_eigenpairs(
     areas: FloatArray,
     n_eigenpairs: int,
     *,
-    strategies: Sequence[Strategy] = STRATEGIES,
+    strategies: Sequence[Strategy] | None = None,
     last_resort: int = _LAST_RESORT_VERTICES,
 ) -> tuple[FloatArray, FloatArray]:
     """Smallest nonzero eigenpairs of W φ = λ A φ of one connected component, eq. (9).
@@ -75,7 +82,8 @@ def smallest_eigenpairs(
     n_eigenpairs : int
         k; all n - 1 where there are fewer.
     strategies : sequence of Strategy
-        Tried in turn until one is certified.
+        Tried in turn until one is certified; None for `STRATEGIES`, after `FOR_FEW` where that is
+        fast.
     last_resort : int
         Most vertices that are solved densely where no strategy was certified.
 
@@ -91,6 +99,8 @@ def smallest_eigenpairs(
     SpectrumError
         No strategy gave eigenpairs that could be certified, or the surface is not connected.
     """
+    if strategies is None:
+        strategies = (FOR_FEW, *STRATEGIES) if n_eigenpairs < FEW else STRATEGIES
     n_vertices = len(areas)
     count = min(n_eigenpairs, n_vertices - 1)
     if count < 1:
@@ -143,7 +153,9 @@ def _certified_eigenpairs(
     roots = np.sqrt(masses)  # (n,) also the zero mode of S
     scaling = sparse.diags_array(1.0 / roots)
     matrix = sparse.csc_array(scaling @ stiffness @ scaling)
-    for strategy in strategies:
+    for strategy in (
+        (FOR_FEW, *strategies) if count < FEW and strategies is STRATEGIES else strategies
+    ):
         found = _attempt(matrix, roots, count, strategy)
         if found is not None:
             values, vectors = found
@@ -162,9 +174,12 @@ def _attempt(
     """Eigenpairs of S by one strategy, certified, or None."""
     n_rows = len(zero_mode)
     factor = place_shift(matrix, count, strategy.position)
+    if factor is None:
+        return None
     block = strategy.block or count + 8
-    capacity = min(8 * count + 12 * block, n_rows - 2 - 2 * block)
-    if factor is None or capacity < count + 2:
+    wanted = max(count, factor.n_below - 1)  # all below the shift: then its inertia certifies them
+    capacity = min(8 * wanted + 12 * block, n_rows - 2 - 2 * block)
+    if capacity < wanted + 2:
         return None
     process = BlockLanczos(
         factor.solve,
@@ -174,24 +189,80 @@ def _attempt(
         deflated=(zero_mode / np.linalg.norm(zero_mode))[:, None],
         rng=np.random.Generator(np.random.PCG64(_START_SEED)),
     )
-    next_check = 2 * count + 4 * block
+    forecast = _Forecast(process, factor, wanted)
     refusals = 0
     while not process.is_full and refusals < _MOST_REFUSALS:
         process.step()
-        if process.size < next_check and not process.is_full:
+        if not (forecast.is_due() or process.is_full):
             continue
-        # A check costs as much as several steps: the next one waits until it may end the search.
-        next_check = process.size + max(block, count // 4)
         ritz = process.ritz_pairs()
-        candidate = _converged(ritz, factor, count)
+        candidate = _converged(ritz, factor, wanted)
         if candidate is None:
             continue
-        if is_certified(matrix, zero_mode, candidate, count):
+        if (
+            factor.n_below > count and is_complete(matrix, zero_mode, candidate, factor)
+        ) or is_certified(matrix, zero_mode, candidate, count):
             found = polished(matrix, factor, ritz.vectors(candidate.indices[:count]))
             if found is not None:
                 return found
         refusals += 1  # a larger Krylov space may hold what is missing
     return None
+
+
+class _Forecast:
+    """Tells when a Krylov space is large enough for a check, which costs as much as many steps.
+
+    The wanted eigenvalue farthest from the shift converges last. Its residual alone is cheap, and
+    falls evenly from some point on: two of them tell the size at which it is small enough.
+    """
+
+    def __init__(self, process: BlockLanczos, factor: ShiftedFactor, count: int) -> None:
+        """Wait until there may be something to see."""
+        self._process = process
+        self._factor = factor
+        self._count = count
+        self._next = int(1.5 * count) + 10 * process.block
+        self._seen: tuple[int, float] | None = None
+        self._fulfilled = False
+
+    def is_due(self) -> bool:
+        """Whether the farthest wanted eigenvalue has converged; after that every few steps."""
+        process = self._process
+        if process.size < self._next:
+            return False
+        if self._fulfilled:
+            self._next = process.size + max(process.block, self._count // 8)
+            return True
+        excess = self._excess()
+        if excess <= 0.0:
+            self._fulfilled = True
+            return True
+        slope = _USUAL_SLOPE / process.block
+        if self._seen is not None and self._seen[1] > excess:
+            slope = (self._seen[1] - excess) / (process.size - self._seen[0])
+        self._seen = process.size, excess
+        wait = min(excess / slope, 0.5 * self._count + process.block)
+        self._next = process.size + int(np.ceil(wait))
+        return False
+
+    def _excess(self) -> float:
+        """Logarithm of the farthest wanted pairs' residual over what it may be, the larger one."""
+        n_lower = max(self._factor.n_below - 1, 0)
+        n_upper = self._count - n_lower
+        worst = -np.inf
+        if n_lower > 0:
+            worst = self._excess_at(n_lower - 1, -1.0)
+        if n_upper > 0:
+            worst = max(worst, self._excess_at(self._process.size - n_upper, 1.0))
+        return worst
+
+    def _excess_at(self, index: int, sign: float) -> float:
+        """The same of one Ritz value, which must be on its side of the shift."""
+        theta, residual = self._process.remainder_at(index)
+        growth = theta * (1.0 + theta * self._factor.shift)  # λ θ², as in `_converged`
+        if theta * sign <= 0.0 or growth <= 0.0:
+            return np.inf
+        return float(np.log(max(residual, 1e-300) / (RESIDUAL * growth)))
 
 
 def place_shift(matrix: sparse.csc_array, count: int, position: float) -> ShiftedFactor | None:
@@ -207,17 +278,21 @@ def place_shift(matrix: sparse.csc_array, count: int, position: float) -> Shifte
     count : int
         k, the number of nonzero eigenvalues wanted.
     position : float
-        About the share of the wanted eigenvalues that lie below the shift; negative for none.
+        About the share of the wanted eigenvalues that lie below the shift; negative for none, 1 or
+        more for all of them and some others.
 
     Returns
     -------
     ShiftedFactor or None
-        None where no sound factor with fewer than k eigenvalues below it was found.
+        None where no sound factor was found with fewer than k eigenvalues below it; for a position
+        of 1 or more, with any number.
     """
     shift = position * 4.0 * np.pi * count
     if position < 0.0:
         factor = factorise(matrix, shift)
         return factor if factor is not None and factor.n_below == 0 else None
+    inside = position < 1.0
+    low, high = (0.3 * count, 0.75 * count + 1.5) if inside else (count, 2.0 * count + 4.0)
     few, many = 0.0, np.inf  # shifts known to have too few, too many eigenvalues below
     best = None
     while many > 1.2 * few:
@@ -225,17 +300,16 @@ def place_shift(matrix: sparse.csc_array, count: int, position: float) -> Shifte
         if factor is None:
             return best
         below = factor.n_below - 1  # the zero mode is not wanted
-        if below < count:
+        if below < count or not inside:
             best = factor
-        if (0.15 * count <= below or count < 8) and below <= 0.75 * count:
+        if (low <= below or (inside and count < 8)) and below <= high:
             break
-        if below > 0.5 * count:
+        if below > 0.5 * (low + high):
             many = shift
         else:
             few = shift
         target = shift * float(np.clip(position * count / max(below, 1), 0.1, 10.0))
-        inside = few < target < many
-        shift = target if inside else float(np.sqrt(max(few, 0.01 * many) * many))
+        shift = target if few < target < many else float(np.sqrt(max(few, 0.01 * many) * many))
     return best
 
 

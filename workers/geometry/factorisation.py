@@ -19,6 +19,8 @@ class SymmetricFactor:
     pivot_threshold : float
         A pivot is taken from the diagonal unless it is smaller than this times the largest entry
         of its column. With 0 only an exact zero is refused, and the factors are P(LDLᵀ)Pᵀ.
+    panel_size : int or None
+        Columns that SuperLU takes together; None for its own choice, 20. It decides the last bits.
 
     Raises
     ------
@@ -26,12 +28,19 @@ class SymmetricFactor:
         The matrix is exactly singular.
     """
 
-    def __init__(self, matrix: sparse.sparray, *, pivot_threshold: float = 0.0) -> None:
+    def __init__(
+        self,
+        matrix: sparse.sparray,
+        *,
+        pivot_threshold: float = 0.0,
+        panel_size: int | None = None,
+    ) -> None:
         """Factorise."""
         self._factor: SuperLU = splu(
             sparse.csc_array(matrix),
             permc_spec="MMD_AT_PLUS_A",
             diag_pivot_thresh=pivot_threshold,
+            panel_size=panel_size,
             options={"SymmetricMode": True},
         )
 

@@ -17,6 +17,7 @@ SOUND_ERROR = 1e-13
 _BACKWARD_ERROR = 1e-11
 
 _ATTEMPTS = 7  # shifts tried in an interval, 0.11 of its width apart; chosen, not measured
+_PANEL_SIZE = 2  # measured from 2,500 to 20,000 vertices: 0.65 to 0.85 of the time with 20
 _PROBE_SEED = 7  # of the right-hand side that the backward error is measured with
 
 
@@ -75,7 +76,7 @@ def factorise(matrix: sparse.csc_array, shift: float) -> ShiftedFactor | None:
     """
     shifted = sparse.csc_array(matrix - shift * sparse.eye_array(matrix.shape[0], format="csc"))
     try:
-        factor = SymmetricFactor(shifted)
+        factor = SymmetricFactor(shifted, panel_size=_PANEL_SIZE)
     except RuntimeError:  # exactly singular
         return None
     if factor.exchanged_rows:

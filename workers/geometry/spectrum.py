@@ -12,7 +12,7 @@ from workers.geometry.eigensolver import smallest_eigenpairs
 from workers.geometry.laplacian import Laplacian, mesh_laplacian
 from workers.geometry.mesh import TriangleMesh
 
-SOLVER_VERSION = "1"
+SOLVER_VERSION = "2"
 """Part of every key under which a spectrum is stored: raised when results change."""
 
 
@@ -133,8 +133,8 @@ def laplacian_spectrum(laplacian: Laplacian, *, n_eigenpairs: int) -> Spectrum:
         return Spectrum(np.empty(0), np.empty((len(areas), 0)), areas, float(areas.sum()))
     if len(parts) == 1:
         parts[0].grow(count)
-    else:
-        _grow_until_merged(parts, count, float(areas.sum()))
+        return Spectrum(parts[0].eigenvalues, parts[0].eigenvectors, areas, float(areas.sum()))
+    _grow_until_merged(parts, count, float(areas.sum()))
     values = np.concatenate([part.eigenvalues for part in parts])
     owners = np.repeat(np.arange(len(parts)), [len(part.eigenvalues) for part in parts])
     columns = np.concatenate([np.arange(len(part.eigenvalues)) for part in parts])
