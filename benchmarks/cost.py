@@ -1,39 +1,50 @@
-"""The cost of a shape from file to descriptor, step by step, and its size in storage.
+"""The cost of a shape from file to descriptor: seconds of one processor, step by step, and memory.
 
-``python -m benchmarks.cost`` subdivides creatures until they have the wanted number of vertices,
-and reads them as binary PLY. Seconds are medians on one processor. ``--model FILE`` measures
-another model than the shipped one, a ``proteus.json``.
+``python -m benchmarks.cost`` refines creatures until they have the wanted number of vertices, and
+reads them as binary PLY. ``--data FOLDER`` takes the meshes of a folder as well, as they are. Each
+file is measured in a process of its own, so that its peak of memory is known. Beside it stands what
+a user would write instead: trimesh reads the file, and LaPy solves it at full resolution for as
+many eigenpairs as our views have. The exponent tells how the cost grows with the vertices.
 """
 
 import argparse
-import hashlib
 import json
+import math
+import os
+import resource
 import statistics
+import subprocess
+import sys
 import tempfile
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import TypeVar
+from typing import Any, TypeVar
 
+import lapy
+import trimesh
 from rich.console import Console
 from rich.progress import track
 from rich.table import Table
 
 from workers.creatures import make_creature
 from workers.geometry.cleaning import clean
+from workers.geometry.components import described_components
 from workers.geometry.formats import parse, write
 from workers.geometry.mesh import TriangleMesh
-from workers.geometry.preparation import prepare
+from workers.geometry.preparation import Preparation, named_view
 from workers.geometry.refinement import refine
-from workers.geometry.solution import Solution
+from workers.geometry.solution import Solution, Solver
 from workers.geometry.spectrum import compute_spectrum
-from workers.retrieval.model import Model, describe
+from workers.retrieval.model import describe
 from workers.storage.blobs import BlobStore
 from workers.storage.shipped_models import shipped_model
 from workers.storage.solutions import store_solution
 
-SIZES = (5_000, 30_000, 100_000)
+SIZES = (5_000, 10_000, 50_000, 200_000, 1_500_000)
 SPECIES = ("human", "cow", "octopus")
+LARGEST_FOR_PEERS = 60_000  # vertices: LaPy takes minutes and gigabytes above
+EIGENPAIRS = 200
 T = TypeVar("T")
 
 
@@ -61,74 +72,182 @@ def creature_file(species: str, vertices: int) -> bytes:
     return write(refine(mesh, vertices=round(0.9 * vertices)), "ply")
 
 
-def measure(data: bytes, model: Model, folder: Path) -> tuple[dict[str, float], dict[str, int]]:
-    """Seconds by step, and bytes by what is stored."""
-    clock, blobs = Clock(), BlobStore(f"file://{folder}")
-    parsed: TriangleMesh = clock.time("parse", lambda: parse(data, filename="a.ply").mesh)
+def describe_file(path: Path) -> dict[str, Any]:
+    """Seconds by step from a file to its descriptor, bytes by what is stored, peak of memory."""
+    clock, model = Clock(), shipped_model()
+    describe({view.name: _small_solution(view.name) for view in model.views}, model)  # warm
+    data = path.read_bytes()
+    parsed: TriangleMesh = clock.time("read", lambda: parse(data, filename=path.name).mesh)
     cleaned = clock.time("clean", lambda: clean(parsed).mesh)
-    solutions, stored = {}, {"file": len(data), "descriptor": 4 * model.dimension}
-    digest = hashlib.sha256(data).hexdigest()
-    for view in model.views:
-        mesh = clock.time(f"prepare {view.name}", lambda v=view: prepare(cleaned, v).mesh)  # type: ignore[misc]
-        spectrum = clock.time(
-            f"spectrum {view.name}",
-            lambda v=view, m=mesh: compute_spectrum(m, n_eigenpairs=v.eigenpairs),  # type: ignore[misc]
-        )
-        before = _stored(folder)
-        solutions[view.name] = store_solution(
-            blobs, digest, view, Solution(mesh, spectrum), cleaned=cleaned
-        )
-        stored[f"solution {view.name}"] = _stored(folder) - before
+    preparation = Preparation(cleaned)
+    if _has_parts(cleaned):
+        solver = Solver(cleaned)
+        solutions = {
+            view.name: clock.time("parts", lambda v=view: solver.under(v))  # type: ignore[misc]
+            for view in model.views
+        }
+    else:
+        solutions = {}
+        for view in model.views:
+            mesh = clock.time(
+                f"prepare {view.name}",
+                lambda v=view: preparation.under(v).mesh,  # type: ignore[misc]
+            )
+            spectrum = clock.time(
+                f"spectrum {view.name}",
+                lambda v=view, m=mesh: compute_spectrum(m, n_eigenpairs=v.eigenpairs),  # type: ignore[misc]
+            )
+            solutions[view.name] = Solution(mesh, spectrum)
     clock.time("describe", lambda: describe(solutions, model))
-    return clock.seconds, stored
+    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss  # kilobytes
+    stored = {"file": len(data), "descriptor": 4 * model.dimension}
+    with tempfile.TemporaryDirectory() as folder:
+        blobs = BlobStore(f"file://{folder}")
+        for view in model.views:
+            store_solution(blobs, "0" * 64, view, solutions[view.name], cleaned=cleaned)
+        stored["solutions"] = sum(p.stat().st_size for p in Path(folder).rglob("*") if p.is_file())
+    return {
+        "vertices": parsed.n_vertices,
+        "seconds": clock.seconds,
+        "stored": stored,
+        "megabytes": peak / 1024,
+    }
 
 
-def _stored(folder: Path) -> int:
-    """Bytes of all files below it."""
-    return sum(path.stat().st_size for path in folder.rglob("*") if path.is_file())
+def solve_plainly(path: Path) -> dict[str, Any]:
+    """Seconds and memory of reading a file with trimesh and solving it with LaPy as it is."""
+    clock = Clock()
+    mesh: Any = clock.time("read", lambda: trimesh.load(path, process=True, force="mesh"))
+
+    def solve() -> Any:
+        surface = lapy.TriaMesh(mesh.vertices, mesh.faces)
+        return lapy.Solver(surface, lump=True, use_cholmod=False).eigs(EIGENPAIRS + 1)
+
+    clock.time("spectrum", solve)
+    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    return {
+        "vertices": len(mesh.vertices),
+        "seconds": clock.seconds,
+        "megabytes": peak / 1024,
+    }
+
+
+def _small_solution(view: str) -> Solution:
+    """A solution that costs little: whatever is imported or made once is there afterwards."""
+    ball: Any = trimesh.creation.icosphere(subdivisions=3)
+    mesh = TriangleMesh(ball.vertices * [1.0, 0.8, 0.6], ball.faces)
+    return Solver(clean(mesh).mesh).under(named_view(view, working_vertices=500))
+
+
+def _has_parts(mesh: TriangleMesh) -> bool:
+    """Whether it is described by several components."""
+    return len(described_components(mesh)) > 1
+
+
+WAYS: dict[str, Callable[[Path], dict[str, Any]]] = {
+    "proteus": describe_file,
+    "plain": solve_plainly,
+}
+
+
+def in_its_own_process(way: str, path: Path) -> dict[str, Any] | None:
+    """Measure a file in a new process; None where that fails."""
+    command = [sys.executable, "-m", "benchmarks.cost", "--one", way, str(path)]
+    environment = {**os.environ, "OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}
+    done = subprocess.run(command, capture_output=True, env=environment, text=True, check=False)
+    if done.returncode:
+        return None
+    measured: dict[str, Any] = json.loads(done.stdout.splitlines()[-1])
+    return measured
 
 
 def main() -> None:
     """Measure, print, and save what was measured where ``--out`` says."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--repeats", type=int, default=3)
-    parser.add_argument("--model", type=Path, help="instead of the shipped one")
+    parser.add_argument("--sizes", type=int, nargs="+", default=SIZES, help="of vertices")
+    parser.add_argument("--repeats", type=int, default=1)
+    parser.add_argument("--no-peers", action="store_true")
+    parser.add_argument("--data", type=Path, help="folder of meshes, measured as they are")
     parser.add_argument("--out", type=Path, help="write the figures as JSON")
+    parser.add_argument("--one", nargs=2, metavar=("WAY", "FILE"), help=argparse.SUPPRESS)
     options = parser.parse_args()
-    model = shipped_model()
-    if options.model is not None:
-        model = Model.from_json(json.loads(options.model.read_text()))
-    found: dict[int, list[tuple[dict[str, float], dict[str, int]]]] = {}
-    work = [(size, name) for size in SIZES for name in SPECIES]
-    for size, name in track(work, "measuring", console=Console(stderr=True)):
-        data = creature_file(name, size)
-        for _ in range(options.repeats):
-            with tempfile.TemporaryDirectory() as folder:
-                found.setdefault(size, []).append(measure(data, model, Path(folder)))
-    _print(found)
+    if options.one:
+        sys.stdout.write(json.dumps(WAYS[options.one[0]](Path(options.one[1]))))
+        return
+    with tempfile.TemporaryDirectory() as folder:
+        files = creature_files(Path(folder), options.sizes)
+        if options.data is not None:
+            files += [("data", path) for path in sorted(options.data.rglob("*.*"))]
+        found = measure(files, options.repeats, peers=not options.no_peers)
+    show(found)
     if options.out is not None:
         options.out.write_text(json.dumps(found, indent=1) + "\n")
 
 
-def _print(found: dict[int, list[tuple[dict[str, float], dict[str, int]]]]) -> None:
-    """Show medians over species and repeats."""
-    console = Console()
-    for place, title in enumerate(("seconds of one processor", "kilobytes stored")):
-        table = Table("", *(f"{size:,} vertices" for size in found), title=title)
-        rows = list(next(iter(found.values()))[0][place])
-        for row in rows:
-            table.add_row(
-                row, *(_median([one[place][row] for one in f], place) for f in found.values())
-            )
-        table.add_section()
-        totals = ([sum(one[place].values()) for one in f] for f in found.values())
-        table.add_row("together", *(_median(total, place) for total in totals))
-        console.print(table)
+def creature_files(folder: Path, sizes: Sequence[int]) -> list[tuple[str, Path]]:
+    """Files of creatures by size, each with the size as its group."""
+    files = []
+    for size in sizes:
+        for species in SPECIES:
+            path = folder / f"{species}-{size}.ply"
+            path.write_bytes(creature_file(species, size))
+            files.append((f"{size:,}", path))
+    return files
 
 
-def _median(values: list[float], place: int) -> str:
-    median = statistics.median(values)
-    return f"{median / 1000:,.0f}" if place else f"{median:.2f}"
+def measure(
+    files: Sequence[tuple[str, Path]], repeats: int, *, peers: bool
+) -> list[dict[str, Any]]:
+    """What each file costs, in turns with what the plain way costs."""
+    found = []
+    for group, path in track(files, "measuring", console=Console(stderr=True)):
+        for _ in range(repeats):
+            own = in_its_own_process("proteus", path)
+            if own is None:
+                continue
+            plain = None
+            if peers and own["vertices"] <= LARGEST_FOR_PEERS:
+                plain = in_its_own_process("plain", path)
+            found.append({"group": group, "file": path.name, "proteus": own, "plain": plain})
+    return found
+
+
+def show(found: Sequence[dict[str, Any]]) -> None:
+    """Print medians by group, the slowest file of each, and the exponent of growth."""
+    steps = list(dict.fromkeys(s for one in found for s in one["proteus"]["seconds"]))
+    groups = list(dict.fromkeys(one["group"] for one in found))
+    table = Table(
+        *("vertices", "files", *steps, "together", "slowest", "MB", "exponent", "plain", "ratio"),
+        title="seconds of one processor",
+    )
+    before: tuple[float, float] | None = None
+    for group in groups:
+        ones = [one for one in found if one["group"] == group]
+        totals = [total(one["proteus"]) for one in ones]
+        middle = statistics.median(totals)
+        vertices = statistics.median(one["proteus"]["vertices"] for one in ones)
+        by_step = [
+            statistics.median(one["proteus"]["seconds"].get(step, 0.0) for one in ones)
+            for step in steps
+        ]
+        exponent = ""
+        if before is not None and group != "data":
+            exponent = f"{math.log(middle / before[1]) / math.log(vertices / before[0]):.2f}"
+        before = vertices, middle
+        plain = [total(one["plain"]) for one in ones if one["plain"]]
+        table.add_row(
+            *(group, str(len(ones)), *(f"{seconds:.2f}" for seconds in by_step)),
+            *(f"{middle:.2f}", f"{max(totals):.2f}"),
+            f"{statistics.median(one['proteus']['megabytes'] for one in ones):,.0f}",
+            *(exponent, f"{statistics.median(plain):.2f}" if plain else ""),
+            f"{statistics.median(plain) / middle:.1f}" if plain else "",
+        )
+    Console(width=200).print(table)
+
+
+def total(one: dict[str, Any]) -> float:
+    """All seconds of a file."""
+    return float(sum(one["seconds"].values()))
 
 
 if __name__ == "__main__":
