@@ -2,6 +2,7 @@
 
 import tempfile
 from collections.abc import Iterator
+from functools import lru_cache
 from pathlib import Path
 
 import pytest
@@ -12,6 +13,7 @@ from workers.settings import Settings
 from workers.storage.blobs import BlobStore
 from workers.storage.database import Database
 from workers.storage.migrate import migrate
+from workers.training.sources import load_creature
 
 # a busy machine fails no law, and a law that holds today holds tomorrow
 laws.register_profile("proteus", deadline=None, derandomize=True)
@@ -23,6 +25,16 @@ def postgres() -> Iterator[str]:
     """URL of a PostgreSQL server."""
     with postgres_server() as url:
         yield url
+
+
+@pytest.fixture(scope="session", autouse=True)
+def _creatures_of_trainings_are_kept() -> Iterator[None]:
+    """Small trainings have the same few creatures, in any order: each is made once."""
+    keep = lru_cache(maxsize=32)(load_creature.__wrapped__)
+    with pytest.MonkeyPatch.context() as patch:
+        for module in ("pair", "variant"):
+            patch.setattr(f"workers.pipeline.training.{module}.load_creature", keep)
+        yield
 
 
 @pytest.fixture(params=["sqlite", pytest.param("postgresql", marks=pytest.mark.server)])
