@@ -55,7 +55,7 @@ def described(bench: Workbench, variant: Variant) -> Float32Array:
 
 
 DESCRIPTORS: dict[str, Float32Array] = {}
-QUICK = {**VERBS, "variant": partial(compute_variant, compute=described)}
+QUICK: Mapping[str, Verb] = {**VERBS, "variant": partial(compute_variant, compute=described)}
 """All verbs; what is computed again costs nothing, and is stored and counted as before."""
 
 
