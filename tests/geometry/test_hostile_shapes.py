@@ -160,13 +160,15 @@ MESHES = {
         for exponent in (-150, -99, -61, -59, 59, 61, 99, 150)
     },
 }  # fmt: skip
+COARSE = ("soup of needles", "random faces", "ninety parts of four faces")
+"""Of 32 parts that are refined one by one; what comes of them is the same at 300 vertices."""
 MODELS = {model.views[0].name: model for model in built_in_models() if len(model.views) == 1}
 
 
 @pytest.mark.parametrize("name", MESHES)
 @pytest.mark.parametrize("view", ["closed", "open", "smooth", "smooth-open"])
 def test_a_hostile_mesh_is_described_or_refused_with_a_reason(name: str, view: str) -> None:
-    small = named_view(view, working_vertices=300)
+    small = named_view(view, working_vertices=100 if name in COARSE else 300)
     try:
         solution = solve(clean(MESHES[name]).mesh, View(view, small.steps, 20))
     except ProteusError:

@@ -27,14 +27,30 @@ PAGES = (
     "#/jobs/{job}",
     "#/nowhere",
 )
-SETTLED_MILLISECONDS = 1500
+QUIET_MILLISECONDS = 300
+SETTLED = """quiet => new Promise(resolve => {
+  let timer;
+  const wait = () => { clearTimeout(timer); timer = setTimeout(end, quiet); };
+  const end = () => {
+    const moving = document.getAnimations().some(
+      one => one.playState === "running" && one.effect?.getComputedTiming().endTime !== Infinity);
+    if (moving) return wait();
+    observer.disconnect();
+    resolve();
+  };
+  const observer = new MutationObserver(wait);
+  observer.observe(document, {subtree: true, childList: true, attributes: true,
+                              characterData: true});
+  wait();
+})"""
+"""Ends when the document has been the same for so long, and nothing fades in any more."""
 
 
 def go(page: Page, running: Running, place: str) -> None:
     """Open a place and wait until it stands."""
     page.goto(f"{running.url}/{place.format(**ids(page, running))}")
     page.wait_for_load_state("networkidle")
-    page.wait_for_timeout(SETTLED_MILLISECONDS)
+    page.evaluate(SETTLED, QUIET_MILLISECONDS)
 
 
 def ids(page: Page, running: Running) -> dict[str, str]:

@@ -133,7 +133,7 @@ def test_whatever_comes_out_can_be_cleaned_prepared_and_solved(
     for strength in (1, 5):
         found = clean(transform(mesh, transformation, strength, seed=4).mesh).mesh
         assert found.n_faces >= 50
-        for view in (default_view(working_vertices=1000), open_view(working_vertices=1000)):
+        for view in (default_view(working_vertices=500), open_view(working_vertices=500)):
             spectrum = compute_spectrum(prepare(found, view).mesh, n_eigenpairs=10)
             assert len(spectrum.eigenvalues) == 10
             assert (spectrum.eigenvalues > 0).all()
