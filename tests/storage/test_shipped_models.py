@@ -31,9 +31,15 @@ from workers.training.candidates import candidate_model
 from workers.training.examples import VARIANT_VERSION
 from workers.transformations import PAPER_TRANSFORMATIONS, TRANSFORMATION_VERSION
 
+RAISED_SINCE = {"preparation": ("3", "4"), "solver": ("1", "2")}
+"""Versions that the model was trained with, and those of the code that it was measured with since.
 
-def test_it_was_trained_by_the_code_that_is_here() -> None:
-    """Whoever raises a version runs ``make train-default``."""
+Decision 32 has the figures. ``make train-default`` empties this.
+"""
+
+
+def test_it_was_trained_or_measured_with_the_code_that_is_here() -> None:
+    """Whoever raises a version trains the model anew, or measures what it does and says so."""
     expected = {
         "bank": BANK_VERSION,
         "creatures": CREATURES_VERSION,
@@ -43,8 +49,11 @@ def test_it_was_trained_by_the_code_that_is_here() -> None:
         "transformations": TRANSFORMATION_VERSION,
         "variants": VARIANT_VERSION,
     }
-    assert dict(shipped_model().versions) == expected
-    assert shipped_report()["versions"] == expected
+    measured = {name: now for name, (_, now) in RAISED_SINCE.items()}
+    assert measured == {name: expected[name] for name in measured}
+    trained = {**expected, **{name: then for name, (then, _) in RAISED_SINCE.items()}}
+    assert dict(shipped_model().versions) == trained
+    assert shipped_report()["versions"] == trained
 
 
 def test_its_channels_and_views_are_those_of_the_code() -> None:
