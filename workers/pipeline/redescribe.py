@@ -90,7 +90,7 @@ def redescribe(
         try:
             vectors[shape.id] = vector_to_bytes(describe_shape(bench, shape, model))
         except ProteusError as error:
-            failures[shape.id] = Failure(item=shape.name, type=error.kind, detail=str(error))
+            failures[shape.id] = Failure(item=shape.path, type=error.kind, detail=str(error))
     marked = ids if claim.payload.get("marks_shapes", True) else []
     return Outcome(
         store=partial(_store, ids, name, vectors, {i: failures.get(i) for i in marked}),
