@@ -16,6 +16,7 @@ import pytest
 from benchmarks.default_model import request_body
 from service.schemas.training import DEFAULT_VIEWS
 from tests.pipeline.trainings import begin_bank, definition, small_bench, work
+from tests.storage.test_shipped_models import RAISED_SINCE
 from workers.storage.migrate import migrate
 from workers.storage.shipped_models import shipped_model, shipped_report
 from workers.training.bank import MOST_CHANNELS
@@ -87,9 +88,12 @@ def test_a_killed_worker_changes_nothing(tmp_path: Path, short_folder: Path) -> 
 def test_what_is_asked_for_is_what_the_report_says_was_asked_for() -> None:
     request = shipped_report()["request"]
     training = request["training"]
-    assert request == request_body(
+    asked = request_body(
         creatures=training["creatures"],
         transformations=training["transformations"],
         strengths=training["strengths"],
         views=DEFAULT_VIEWS,
     )
+    if not RAISED_SINCE:  # the name has the versions in it
+        assert request["name"] == asked["name"]
+    assert {**request, "name": ""} == {**asked, "name": ""}

@@ -34,7 +34,7 @@ from workers.geometry.topology import boundary_loops
 def test_the_default_view_closes_refines_and_simplifies() -> None:
     view = default_view(working_vertices=1500)
     assert [step.name for step in view.steps] == [
-        *("cap-holes", "refine", "simplify", "simplify", "double")
+        *("cap-holes", "refine", "coarsen", "simplify", "double")
     ]
     assert len(boundary_loops(prepare(cylinder(20, 10), view).mesh)) == 0
     assert prepare(box(), view).mesh.n_vertices >= 1000
@@ -70,10 +70,10 @@ def test_a_body_that_keeps_a_pinhole_is_not_doubled() -> None:
 
 
 def test_steps_say_what_they_did() -> None:
-    prepared = prepare(cylinder(60, 60), default_view(working_vertices=1500))
+    prepared = prepare(cylinder(90, 90), default_view(working_vertices=1500))
     assert len(prepared.notes) == 3
     assert re.fullmatch(r"cap-holes: added [\d,]+ faces", prepared.notes[0])
-    assert re.fullmatch(r"simplify: [\d,]+ vertices made 3,0\d\d", prepared.notes[1])
+    assert re.fullmatch(r"coarsen: [\d,]+ vertices made 3,0\d\d", prepared.notes[1])
     assert re.fullmatch(r"simplify: 3,0\d\d vertices made 1,5\d\d", prepared.notes[2])
 
 
@@ -134,7 +134,7 @@ def test_whole_numbers_and_floats_have_one_key() -> None:
         (
             "melt",
             {},
-            "no preparation step 'melt'; expected one of .'cap-holes', 'double'",
+            "no preparation step 'melt'; expected one of .'cap-holes', 'coarsen', 'double'",
         ),
         ("refine", {}, "takes 'vertices', but was given"),
         ("refine", {"vertices": 1, "speed": 2}, "speed"),

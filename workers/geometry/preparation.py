@@ -22,6 +22,7 @@ PREPARATION_VERSION = "4"
 
 LONGEST_LOOP = 50.0  # p² / A: longer ones are the rims of sheets, which are doubled: decision 0008
 FIRST_SIZE = 2  # times the working vertices: what is smoothed and compared (decision 0032)
+WORTH_COARSENING = 2.0  # times that size: two simplifications make worse triangles of flat sheets
 SMOOTHED_VERTICES = 2500  # nothing finer is left of a smoothed surface: chosen, not measured
 VIEW_NAMES = ("closed", "open", "smooth", "smooth-open", "detailed")
 DETAILED_EIGENPAIRS = 200  # decision 0015
@@ -32,6 +33,7 @@ FEWEST_VERTICES = 1000  # a coarser mesh has too few eigenpairs: decision 0003
 _PARAMETERS: Mapping[str, tuple[str, ...]] = MappingProxyType(
     {
         "cap-holes": ("longest",),
+        "coarsen": ("vertices",),
         "double": ("longest",),
         "fair": ("time",),
         "refine": ("vertices",),
@@ -126,7 +128,11 @@ class View:
         share = min(1.0, 4.0 * weight)
         if share == 1.0:
             return self
-        fewest = {"refine": FEWEST_OF_A_PART, "simplify": 2 * FEWEST_OF_A_PART}
+        fewest = {
+            "refine": FEWEST_OF_A_PART,
+            "coarsen": 2 * FEWEST_OF_A_PART,
+            "simplify": 2 * FEWEST_OF_A_PART,
+        }
         steps = []
         for step in self.steps:
             count = step.parameters.get("vertices")
@@ -340,7 +346,8 @@ def _run(step: Step, before: PreparedMesh, view: View) -> PreparedMesh:
 def _sizing(working_vertices: int) -> tuple[Step, ...]:
     """Steps that bring a mesh to a size that whatever follows can cost; all views have them."""
     fewest = min(FEWEST_VERTICES, working_vertices)
-    return Step("refine", {"vertices": fewest}), _simplifying(FIRST_SIZE * working_vertices)
+    coarsening = Step("coarsen", {"vertices": FIRST_SIZE * working_vertices})
+    return Step("refine", {"vertices": fewest}), coarsening
 
 
 def _simplifying(vertices: int) -> Step:
@@ -375,6 +382,13 @@ def _simplify(mesh: TriangleMesh, parameters: Mapping[str, float]) -> _Outcome:
     return simplified.mesh, (*simplified.checked, sentence)
 
 
+def _coarsen(mesh: TriangleMesh, parameters: Mapping[str, float]) -> _Outcome:
+    """Run the step "coarsen": simplify what has more than twice the vertices."""
+    if mesh.n_vertices <= WORTH_COARSENING * parameters["vertices"]:
+        return mesh, ()
+    return _simplify(mesh, parameters)
+
+
 def _fair(mesh: TriangleMesh, parameters: Mapping[str, float]) -> _Outcome:
     """Run the step "fair"."""
     return fair(mesh, time=parameters["time"]), ()
@@ -395,6 +409,7 @@ def _double(mesh: TriangleMesh, parameters: Mapping[str, float]) -> _Outcome:
 _STEPS: Mapping[str, Callable[[TriangleMesh, Mapping[str, float]], _Outcome]] = MappingProxyType(
     {
         "cap-holes": _close,
+        "coarsen": _coarsen,
         "double": _double,
         "fair": _fair,
         "refine": _refine,
