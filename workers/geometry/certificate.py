@@ -52,8 +52,8 @@ def is_complete(
 ) -> bool:
     """Whether the inertia of the search's own factor certifies all eigenvalues below its shift.
 
-    They are as many as the negative pivots, all have converged, and the shift is farther from
-    those on both sides than the rounding error of the factor moves any (see `is_certified`).
+    Those found are as many as the negative pivots, and all have converged. On both sides, the shift
+    is farther from the next one than the rounding error of the factor moves it (`is_certified`).
 
     Parameters
     ----------

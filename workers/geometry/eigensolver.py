@@ -153,9 +153,7 @@ def _certified_eigenpairs(
     roots = np.sqrt(masses)  # (n,) also the zero mode of S
     scaling = sparse.diags_array(1.0 / roots)
     matrix = sparse.csc_array(scaling @ stiffness @ scaling)
-    for strategy in (
-        (FOR_FEW, *strategies) if count < FEW and strategies is STRATEGIES else strategies
-    ):
+    for strategy in strategies:
         found = _attempt(matrix, roots, count, strategy)
         if found is not None:
             values, vectors = found

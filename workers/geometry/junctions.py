@@ -77,7 +77,7 @@ def split_at_junctions(
 ) -> Junctions:
     """Split the faces of open edges where vertices of other open edges lie on them.
 
-    From a vertex where two open edges meet and run along each other, the longer one is split at
+    Two open edges may meet in a vertex and run along each other. Then the longer one is split at
     the end of the shorter one, and so on along both. Where they come apart slowly they are the
     two sides of a slit, and stay as they are.
 

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from workers.geometry.arrays import FloatArray, IntArray
+from workers.geometry.arrays import FloatArray, IntArray, ascending
 from workers.geometry.hanging import without_hanging
 from workers.geometry.junctions import split_at_junctions
 from workers.geometry.openings import open_edges, pair_edges
@@ -107,7 +107,7 @@ class _Seams:
             within_loop=self._within_loop,
         )
         if welded is not self.faces:
-            self._n_welded += _count(self.faces) - _count(welded)
+            self._n_welded += len(ascending(self.faces)) - len(ascending(welded))
             self._gap = max(self._gap, gap)
             self._set(welded)
 
@@ -145,17 +145,12 @@ class _Seams:
         return tuple(said)
 
 
-def _count(faces: IntArray) -> int:
-    """Count the vertices that have a face."""
-    return int((np.bincount(faces.ravel()) > 0).sum())
-
-
 def _own_precision(vertices: FloatArray, extent: float) -> float:
     """Distance within which the file's own numbers do not tell vertices apart.
 
-    In whatever unit: a step of single precision, of the largest coordinate where all numbers are
-    of that precision, or the step of a grid that all coordinates lie on, as they do where they are
-    written with few decimals.
+    It is a step of single precision, in any unit: of the largest coordinate where all numbers have
+    that precision, of the extent elsewhere. Numbers written with few decimals lie on a grid. There
+    it is the step of the grid, if that is larger.
     """
     with np.errstate(over="ignore"):
         single = bool((vertices.astype(np.float32) == vertices).all())

@@ -122,15 +122,12 @@ def _without_useless(points: np.ndarray, triangles: IntArray, to: IntArray) -> C
     """Leave out faces without area, repeated ones, and vertices (p,) that only they had."""
     finite = np.isfinite(points).all(axis=1)
     triangles = triangles[finite[triangles].all(axis=1)]
-    none = Coarser(
-        TriangleMesh(np.zeros((0, 3)), np.zeros((0, 3), dtype=np.int64)), np.full(len(to), -1)
-    )
     if len(triangles) == 0:
-        return none
+        return _nothing(len(to))
     mesh = TriangleMesh(np.where(finite[:, None], points, 0.0), triangles)
     faces = mesh.faces[useful_faces(mesh)]
     if len(faces) == 0:
-        return none
+        return _nothing(len(to))
     return _renumbered(mesh.vertices, faces, to)
 
 
@@ -140,6 +137,12 @@ def _renumbered(points: np.ndarray, faces: IntArray, to: IntArray) -> Coarser:
     used[faces] = True
     numbers = np.where(used, np.cumsum(used) - 1, -1)
     return Coarser(TriangleMesh(points[used], numbers[faces]), np.where(to >= 0, numbers[to], -1))
+
+
+def _nothing(n_vertices: int) -> Coarser:
+    """What has no face left of so many vertices."""
+    empty = TriangleMesh(np.zeros((0, 3)), np.zeros((0, 3), dtype=np.int64))
+    return Coarser(empty, np.full(n_vertices, -1))
 
 
 def simplify(
@@ -301,14 +304,7 @@ def _best_attempt(
                 return attempt
             tried.append(attempt)
     if not tried:
-        return _Attempt(
-            Coarser(
-                TriangleMesh(np.zeros((0, 3)), np.zeros((0, 3), dtype=np.int64)),
-                np.full(mesh.n_vertices, -1),
-            ),
-            ["nothing left"],
-            [],
-        )
+        return _Attempt(_nothing(mesh.n_vertices), ["nothing left"], [])
     return min(tried, key=lambda attempt: (len(attempt.hard), len(attempt.soft)))
 
 
