@@ -3,7 +3,7 @@
 import re
 
 import pytest
-from playwright.sync_api import Page, expect
+from playwright.sync_api import Page, Route, expect
 
 from tests.page.conftest import Running, Seen
 
@@ -50,6 +50,26 @@ def matches(page: Page) -> list[str]:
     cards = page.get_by_role("button", name=re.compile(r"^Rank \d+"))
     cards.first.wait_for()
     return [card.locator("small").inner_text() for card in cards.all()]
+
+
+def test_a_search_without_an_answer_yet_is_repeated(running: Running, seen: Seen) -> None:
+    """As in a collection whose other shapes are still being described."""
+    asked: list[str] = []
+
+    def none_at_first(route: Route) -> None:
+        asked.append(route.request.url)
+        answer = route.fetch()
+        told = {**answer.json(), "matches": []} if len(asked) == 1 else answer.json()
+        route.fulfill(response=answer, json=told)
+
+    with seen.page.expect_response(re.compile("/v1/collections/zoo/shapes")) as shapes:
+        seen.page.goto(f"{running.url}/#/search/zoo")
+    shape = shapes.value.json()["items"][0]["id"]
+    seen.page.route(re.compile("/v1/collections/zoo/query"), none_at_first)
+    seen.page.goto(f"{running.url}/#/search/zoo?shape={shape}")
+    expect(seen.page.get_by_role("heading", name="No other shape is ready yet")).to_be_visible()
+    assert len(matches(seen.page)) > 0
+    assert len(asked) >= 2
 
 
 def test_a_dropped_mesh_finds_the_shape_that_it_is(running: Running, seen: Seen) -> None:
