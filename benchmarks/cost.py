@@ -32,10 +32,11 @@ from workers.geometry.cleaning import clean
 from workers.geometry.components import described_components
 from workers.geometry.formats import parse, write
 from workers.geometry.mesh import TriangleMesh
-from workers.geometry.preparation import Preparation, named_view
+from workers.geometry.preparation import Preparation
 from workers.geometry.refinement import refine
 from workers.geometry.solution import Solution, Solver
 from workers.geometry.spectrum import compute_spectrum
+from workers.geometry.views import named_view
 from workers.retrieval.model import describe
 from workers.storage.blobs import BlobStore
 from workers.storage.shipped_models import shipped_model

@@ -19,8 +19,8 @@ from proteus.terminal.output import Output
 from proteus.terminal.waiting import require_success, wait_for_job
 from service.schemas.training import DEFAULT_VIEWS
 from workers.creatures import TRAINING_SPECIES, make_creature
-from workers.geometry.preparation import PREPARATION_VERSION
 from workers.geometry.solution import solve
+from workers.geometry.views import PREPARATION_VERSION
 from workers.retrieval.model import Model, describe
 from workers.settings import Settings, load_settings
 from workers.storage.database import Database

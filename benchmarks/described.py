@@ -20,8 +20,8 @@ from workers.geometry.arrays import Float32Array, FloatArray
 from workers.geometry.cleaning import clean
 from workers.geometry.formats import parse
 from workers.geometry.formats.naming import read_name
-from workers.geometry.preparation import View
 from workers.geometry.solution import Solver
+from workers.geometry.views import View
 from workers.pipeline.solve import solve_view
 from workers.retrieval.bootstrap import difference, mean_of_rows
 from workers.retrieval.model import Model, describe

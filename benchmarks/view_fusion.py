@@ -13,7 +13,7 @@ import numpy as np
 
 from benchmarks.described import described, of_channels, show_rows
 from workers.geometry.arrays import FloatArray
-from workers.geometry.preparation import named_view
+from workers.geometry.views import named_view
 from workers.retrieval.model import Model
 from workers.retrieval.query_weights import weighted_for
 from workers.retrieval.scan import distances, rerank

@@ -18,7 +18,7 @@ import numpy as np
 
 from benchmarks.described import described, of_channels, scores_of, show_rows
 from workers.geometry.arrays import Float32Array
-from workers.geometry.preparation import Step, View, named_view
+from workers.geometry.views import Step, View, named_view
 from workers.retrieval.channels import AreaChannel, LogDiagonalChannel, Quantiles
 from workers.retrieval.model import Model
 from workers.storage.shipped_models import shipped_model

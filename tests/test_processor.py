@@ -23,7 +23,7 @@ ANSWER = """
 import workers  # whatever else the process does, it begins with this
 import hashlib
 from workers.creatures import make_creature
-from workers.geometry.preparation import named_view
+from workers.geometry.views import named_view
 from workers.geometry.solution import solve
 
 found = solve(make_creature("horse", seed=1, vertices=2000).posed(2), named_view("smooth"))

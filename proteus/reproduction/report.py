@@ -13,7 +13,7 @@ from proteus.reproduction.pictures import Signature, histogram_overlap
 from proteus.reproduction.plan import FINE, SMOOTHNESS
 from proteus.reproduction.results import Results
 from proteus.reproduction.tables import HEADINGS, MEAN, PAPER_HEADINGS, difference
-from workers.geometry.preparation import LONGEST_LOOP
+from workers.geometry.views import LONGEST_LOOP
 
 TITLE = "Learned diffusion kernels: the paper’s experiments again"
 REASONS = {

@@ -12,7 +12,7 @@ from service.schemas.pages import PageAnswer, answer_page
 from service.schemas.training import Learned, ModelAccepted, NewBank, NewModel, Untrained
 from service.security import ADMINISTERS, READS, WRITES
 from service.waiting import hold_on
-from workers.geometry.preparation import View, named_view
+from workers.geometry.views import View, named_view
 from workers.pipeline.solve import parse_upload
 from workers.pipeline.training.training_plan import (
     add_untrained,

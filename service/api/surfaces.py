@@ -16,7 +16,7 @@ from workers.errors import BlobNotFoundError
 from workers.geometry.formats import write
 from workers.geometry.formats.containers import is_wrapped
 from workers.geometry.formats.naming import inner_name
-from workers.geometry.preparation import View
+from workers.geometry.views import View
 from workers.pipeline.fields import vertex_eigenfunction, vertex_signature
 from workers.storage.blobs import mesh_key, thumbnail_key
 from workers.storage.solutions import load_cleaned, load_solution

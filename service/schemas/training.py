@@ -17,7 +17,7 @@ from service.schemas.collections import CollectionName
 from service.schemas.jobs import JOB_EXAMPLE, JobAnswer
 from service.schemas.models import MODEL_EXAMPLE, ModelAnswer
 from service.schemas.text import Answer, Body, Text
-from workers.geometry.preparation import DETAILED_EIGENPAIRS, LONGEST_LOOP, VIEW_NAMES
+from workers.geometry.views import DETAILED_EIGENPAIRS, LONGEST_LOOP, VIEW_NAMES
 from workers.retrieval.builtin import HEAT_TIME, SHAPE_DNA_EIGENVALUES
 from workers.training.bank import MOST_CHANNELS, POWER
 from workers.training.chosen_variants import DEFAULT_CREATURES

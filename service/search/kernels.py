@@ -16,8 +16,8 @@ from workers.diffusion.kernels import (
 )
 from workers.errors import InvalidRequestError
 from workers.geometry.arrays import FloatArray
-from workers.geometry.preparation import View
 from workers.geometry.spectrum import Spectrum
+from workers.geometry.views import View
 from workers.retrieval.channels import KernelChannel
 from workers.retrieval.model import Model
 

@@ -4,7 +4,7 @@ import numpy as np
 
 from benchmarks.model_study import ranges_of_roughness, with_heavier_points
 from tests.retrieval.banks import of_copies
-from workers.geometry.preparation import named_view
+from workers.geometry.views import named_view
 from workers.training.candidates import candidate_model
 
 

@@ -15,9 +15,10 @@ from workers.geometry.components import (
     counted_shares,
     described_components,
 )
-from workers.geometry.preparation import Preparation, View, default_view, named_view
+from workers.geometry.preparation import Preparation
 from workers.geometry.solution import Solution, solve
 from workers.geometry.spectrum import compute_spectrum
+from workers.geometry.views import View, default_view, named_view
 
 areas_of_components = st.lists(st.floats(0.001, 1000.0), min_size=1, max_size=50).map(np.array)
 

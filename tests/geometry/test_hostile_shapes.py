@@ -18,8 +18,8 @@ from tests.meshes import (
 from workers.errors import InvalidMeshError, ProteusError
 from workers.geometry.cleaning import clean
 from workers.geometry.mesh import TriangleMesh
-from workers.geometry.preparation import View, named_view
 from workers.geometry.solution import solve
+from workers.geometry.views import View, named_view
 from workers.retrieval.builtin import built_in_models
 from workers.retrieval.model import describe
 

@@ -19,16 +19,10 @@ from tests.meshes import (
 from workers.errors import InvalidRequestError
 from workers.geometry import preparation
 from workers.geometry.mesh import TriangleMesh
-from workers.geometry.preparation import (
-    Step,
-    View,
-    default_view,
-    named_view,
-    open_view,
-    prepare,
-)
+from workers.geometry.preparation import prepare
 from workers.geometry.spectrum import first_eigenvalues
 from workers.geometry.topology import boundary_loops
+from workers.geometry.views import Step, View, default_view, named_view, open_view
 
 
 def test_the_default_view_closes_refines_and_simplifies() -> None:

@@ -6,8 +6,8 @@ import pytest
 from tests.meshes import rectangle, union
 from workers.geometry.cleaning import clean
 from workers.geometry.mesh import TriangleMesh
-from workers.geometry.preparation import named_view
 from workers.geometry.solution import Solver
+from workers.geometry.views import named_view
 
 VIEWS = [named_view(name, working_vertices=300) for name in ("closed", "smooth")]
 

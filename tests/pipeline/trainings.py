@@ -7,7 +7,7 @@ from typing import Any
 
 from sqlalchemy import select
 
-from workers.geometry.preparation import default_view
+from workers.geometry.views import default_view
 from workers.pipeline.outcome import Verb
 from workers.pipeline.solve import parse_upload
 from workers.pipeline.training.training_plan import choose_pairs, choose_variants, plan_training

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from workers.geometry.arrays import FloatArray
-from workers.geometry.preparation import default_view
+from workers.geometry.views import default_view
 from workers.retrieval.model import Model
 from workers.training.bank_shapes import BankShapes
 from workers.training.candidates import candidate_model

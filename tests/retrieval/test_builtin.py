@@ -9,9 +9,9 @@ from numpy.testing import assert_allclose, assert_array_equal
 from tests.meshes import bumpy_sphere, icosphere, renumbered, rotated, scaled, torus
 from workers.errors import InvalidRequestError, SpectrumError
 from workers.geometry.mesh import TriangleMesh
-from workers.geometry.preparation import default_view
 from workers.geometry.solution import Solution
 from workers.geometry.spectrum import compute_spectrum
+from workers.geometry.views import default_view
 from workers.retrieval.builtin import built_in_models, heat_model, histogram_edges
 from workers.retrieval.kernel_curves import kernel_curves
 from workers.retrieval.model import Model, describe

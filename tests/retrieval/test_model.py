@@ -9,9 +9,9 @@ from numpy.testing import assert_array_equal
 
 from workers.diffusion.kernels import CommuteTimeKernel, HeatKernel, TabulatedKernel
 from workers.errors import InvalidRequestError
-from workers.geometry.preparation import default_view, open_view
 from workers.geometry.solution import Solution
 from workers.geometry.spectrum import Spectrum
+from workers.geometry.views import default_view, open_view
 from workers.retrieval.channels import (
     DiagonalChannel,
     DistanceChannel,

@@ -14,9 +14,9 @@ from workers.diffusion.kernels import CommuteTimeKernel, HeatKernel
 from workers.errors import InvalidRequestError
 from workers.geometry.arrays import Float32Array, FloatArray, IntArray
 from workers.geometry.mesh import TriangleMesh
-from workers.geometry.preparation import default_view
 from workers.geometry.solution import Solution
 from workers.geometry.spectrum import compute_spectrum
+from workers.geometry.views import default_view
 from workers.retrieval.chamfer import DIRECTED_CHAMFER, directed_chamfer
 from workers.retrieval.channels import PointsChannel, channel_from_json
 from workers.retrieval.model import Model

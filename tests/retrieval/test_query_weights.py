@@ -11,10 +11,10 @@ from tests.retrieval.banks import of_copies
 from workers.errors import InvalidRequestError
 from workers.geometry.arrays import Float32Array
 from workers.geometry.mesh import TriangleMesh
-from workers.geometry.preparation import named_view
 from workers.geometry.smoothing import roughness
 from workers.geometry.solution import Solution
 from workers.geometry.spectrum import compute_spectrum
+from workers.geometry.views import named_view
 from workers.retrieval.channels import Channel
 from workers.retrieval.comparison import compare
 from workers.retrieval.model import Model, describe

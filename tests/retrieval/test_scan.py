@@ -11,7 +11,7 @@ from numpy.testing import assert_allclose, assert_array_equal
 from workers.diffusion.kernels import CommuteTimeKernel, HeatKernel
 from workers.errors import InvalidRequestError
 from workers.geometry.arrays import Float32Array
-from workers.geometry.preparation import default_view
+from workers.geometry.views import default_view
 from workers.retrieval.calibration import typical_distance
 from workers.retrieval.channels import DistanceChannel, EigenvalueChannel, Histogram
 from workers.retrieval.dissimilarity import DISSIMILARITIES

@@ -9,8 +9,8 @@ from numpy.testing import assert_allclose
 
 from tests.meshes import bumpy_sphere, scaled
 from workers.errors import InvalidRequestError
-from workers.geometry.preparation import default_view
 from workers.geometry.solution import Solution, solve
+from workers.geometry.views import default_view
 from workers.retrieval.builtin import FIRST_EIGENVALUE, built_in_models
 from workers.retrieval.model import Model, describe
 from workers.retrieval.untrained import UNTRAINED_METHODS, untrained_model

@@ -13,8 +13,9 @@ from workers.diffusion.distances import diagonal_signature
 from workers.diffusion.kernels import HeatKernel
 from workers.geometry.cleaning import clean
 from workers.geometry.formats import parse
-from workers.geometry.preparation import default_view, prepare
+from workers.geometry.preparation import prepare
 from workers.geometry.spectrum import compute_spectrum
+from workers.geometry.views import default_view
 
 BALL, RING, CRATE = "ball.null.0.off", "ring.null.0.ply", "crate.stl"
 

@@ -14,9 +14,9 @@ from workers.creatures import (
     make_creature,
 )
 from workers.errors import InvalidRequestError
-from workers.geometry.preparation import PREPARATION_VERSION, named_view
 from workers.geometry.solution import solve
 from workers.geometry.spectrum import SOLVER_VERSION
+from workers.geometry.views import PREPARATION_VERSION, named_view
 from workers.retrieval.builtin import DESCRIPTION_VERSION
 from workers.retrieval.model import describe
 from workers.storage.shipped_models import (

@@ -9,9 +9,9 @@ from numpy.testing import assert_array_equal
 import workers.geometry.solution as solution_module
 from tests.meshes import bumpy_sphere, scaled, translated, union
 from workers.diffusion.kernels import CommuteTimeKernel
-from workers.geometry.preparation import open_view
 from workers.geometry.sampling import SAMPLES, SurfaceSample, sample_surface
 from workers.geometry.solution import solve
+from workers.geometry.views import open_view
 from workers.retrieval.builtin import distance_model
 from workers.retrieval.model import describe
 from workers.storage.arrays import pack, unpack

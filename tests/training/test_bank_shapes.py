@@ -8,7 +8,7 @@ from numpy.testing import assert_allclose
 
 from tests.retrieval.banks import of_copies
 from workers.diffusion.kernels import CommuteTimeKernel
-from workers.geometry.preparation import default_view
+from workers.geometry.views import default_view
 from workers.retrieval.channels import DistanceChannel, Histogram, PointsChannel
 from workers.retrieval.model import Model
 from workers.retrieval.scan import distances, rerank

@@ -1,6 +1,6 @@
 """Which channels a bank is chosen from."""
 
-from workers.geometry.preparation import named_view
+from workers.geometry.views import named_view
 from workers.training.candidates import candidate_model
 
 

@@ -8,8 +8,8 @@ from tests.meshes import bent_rectangle, bumpy_sphere, cylinder, rectangle, renu
 from workers.errors import InsufficientTrainingDataError
 from workers.geometry.cleaning import clean
 from workers.geometry.mesh import TriangleMesh
-from workers.geometry.preparation import View, default_view, open_view
 from workers.geometry.solution import solve
+from workers.geometry.views import View, default_view, open_view
 from workers.training.correspondence import CorrespondingPoints, Solved, corresponding_points
 
 OPEN = open_view(working_vertices=500)

@@ -10,8 +10,8 @@ from numpy.testing import assert_allclose
 from tests.meshes import box, bumpy_sphere, scaled, torus
 from workers.diffusion.kernels import SplineKernel
 from workers.errors import KernelDomainError
-from workers.geometry.preparation import View, default_view
 from workers.geometry.solution import Solution, solve
+from workers.geometry.views import View, default_view
 from workers.retrieval.calibration import typical_distance
 from workers.retrieval.channels import DistanceChannel
 from workers.retrieval.dissimilarity import DISSIMILARITIES

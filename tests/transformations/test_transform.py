@@ -13,8 +13,9 @@ from workers.creatures import Creature, make_creature
 from workers.errors import InvalidRequestError
 from workers.geometry.cleaning import clean
 from workers.geometry.mesh import TriangleMesh
-from workers.geometry.preparation import default_view, open_view, prepare
+from workers.geometry.preparation import prepare
 from workers.geometry.spectrum import compute_spectrum
+from workers.geometry.views import default_view, open_view
 from workers.transformations import (
     PAPER_TRANSFORMATIONS,
     STRENGTHS,

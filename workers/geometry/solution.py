@@ -10,10 +10,11 @@ from workers.errors import InvalidMeshError, SpectrumError
 from workers.geometry.arrays import IntArray
 from workers.geometry.components import Component, described_components
 from workers.geometry.mesh import TriangleMesh
-from workers.geometry.preparation import Preparation, View
+from workers.geometry.preparation import Preparation
 from workers.geometry.sampling import SAMPLES, SurfaceSample, sample_surface
 from workers.geometry.simplification import simplify
 from workers.geometry.spectrum import Spectrum, compute_spectrum
+from workers.geometry.views import View
 
 MOST_COARSER = 3  # times that a working mesh is halved where its spectrum cannot be certified
 MOST_LOST = 0.5  # of the weight, before a surface of several parts counts as too thin

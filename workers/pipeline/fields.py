@@ -5,10 +5,10 @@ import numpy as np
 from workers.diffusion.distances import diagonal_signature
 from workers.diffusion.kernels import Kernel
 from workers.geometry.arrays import Float32Array, FloatArray
-from workers.geometry.preparation import View
 from workers.geometry.solution import Solution
 from workers.geometry.spectrum import eigenfunction
 from workers.geometry.transfer import transfer_to_vertices
+from workers.geometry.views import View
 from workers.storage.blobs import BlobStore
 from workers.storage.solutions import load_cleaned, load_solution
 

@@ -14,8 +14,8 @@ from workers.geometry.arrays import Float32Array
 from workers.geometry.cleaning import clean
 from workers.geometry.formats import MeshLimits, ParsedMesh, parse
 from workers.geometry.mesh import TriangleMesh
-from workers.geometry.preparation import View
 from workers.geometry.solution import Solution, Solver
+from workers.geometry.views import View
 from workers.retrieval.model import Model, describe
 from workers.settings import Settings
 from workers.storage.blobs import BlobStore, mesh_key

@@ -14,8 +14,8 @@ import numpy as np
 
 from workers.diffusion.kernels import BiharmonicKernel, CommuteTimeKernel, HeatKernel, Kernel
 from workers.errors import InvalidRequestError
-from workers.geometry.preparation import PREPARATION_VERSION, View, default_view
 from workers.geometry.spectrum import SOLVER_VERSION
+from workers.geometry.views import PREPARATION_VERSION, View, default_view
 from workers.retrieval.channels import Channel, DistanceChannel, EigenvalueChannel, Histogram
 from workers.retrieval.model import Model
 

@@ -10,8 +10,8 @@ import numpy as np
 from workers.diffusion.kernels import Kernel
 from workers.errors import InvalidRequestError
 from workers.geometry.arrays import Float32Array, read_only
-from workers.geometry.preparation import View
 from workers.geometry.solution import Solution
+from workers.geometry.views import View
 from workers.retrieval.channels import Channel, channel_from_json
 from workers.retrieval.channels.signatures import Signatures
 from workers.retrieval.roughness import RoughnessLimits

@@ -6,7 +6,7 @@ from typing import Any
 
 from workers.diffusion.kernels import BiharmonicKernel, CommuteTimeKernel
 from workers.errors import InvalidRequestError
-from workers.geometry.preparation import View
+from workers.geometry.views import View
 from workers.retrieval.builtin import distance_model, heat_model, shape_dna_model
 from workers.retrieval.model import Model
 

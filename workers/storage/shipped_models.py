@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from workers.geometry.preparation import named_view
+from workers.geometry.views import named_view
 from workers.retrieval.model import Model
 
 FOLDER = Path(__file__).parent / "shipped"

@@ -15,10 +15,10 @@ from numpy.typing import NDArray
 
 from workers.errors import BlobNotFoundError
 from workers.geometry.mesh import TriangleMesh
-from workers.geometry.preparation import View
 from workers.geometry.sampling import SAMPLES, SurfaceSample
 from workers.geometry.solution import Part, Solution, united
 from workers.geometry.spectrum import Spectrum
+from workers.geometry.views import View
 from workers.storage.arrays import pack, unpack
 from workers.storage.blobs import BlobStore, cleaned_key, spectrum_key
 

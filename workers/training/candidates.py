@@ -6,8 +6,8 @@ import numpy as np
 
 from workers.diffusion.bands import MexicanHatKernel, WaveKernel
 from workers.diffusion.kernels import BiharmonicKernel, HeatKernel, Kernel
-from workers.geometry.preparation import PREPARATION_VERSION, View
 from workers.geometry.spectrum import SOLVER_VERSION
+from workers.geometry.views import PREPARATION_VERSION, View
 from workers.retrieval.builtin import DESCRIPTION_VERSION
 from workers.retrieval.channels import (
     AreaChannel,

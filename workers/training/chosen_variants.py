@@ -5,7 +5,7 @@ from dataclasses import replace
 
 from workers.creatures import TRAINING_SPECIES
 from workers.errors import InsufficientTrainingDataError, InvalidRequestError
-from workers.geometry.preparation import View
+from workers.geometry.views import View
 from workers.training.examples import Variant
 from workers.training.request import (
     MOST_SHAPES,

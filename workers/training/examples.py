@@ -8,7 +8,7 @@ from dataclasses import dataclass, fields
 from typing import Any, ClassVar, Self
 
 from workers.creatures import CREATURES_VERSION
-from workers.geometry.preparation import View
+from workers.geometry.views import View
 from workers.retrieval.model import Model
 from workers.training.bank import POWER
 from workers.training.candidates import candidate_model

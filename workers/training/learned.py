@@ -8,8 +8,8 @@ import numpy as np
 
 from workers.errors import KernelDomainError
 from workers.geometry.arrays import BoolArray, Float32Array
-from workers.geometry.preparation import View
 from workers.geometry.solution import Solution
+from workers.geometry.views import View
 from workers.retrieval.builtin import distance_model
 from workers.retrieval.dissimilarity import DISSIMILARITIES
 from workers.retrieval.model import Model, describe

@@ -6,7 +6,7 @@ from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from workers.errors import ShapeNotReadyError
-from workers.geometry.preparation import View
+from workers.geometry.views import View
 from workers.pipeline.part_kinds import example_part, fit_bank_part, fit_part
 from workers.retrieval.model import Model
 from workers.storage.collections import get_collection
