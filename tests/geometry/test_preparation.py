@@ -17,7 +17,7 @@ from tests.meshes import (
     scaled,
 )
 from workers.errors import InvalidRequestError
-from workers.geometry import preparation
+from workers.geometry import views
 from workers.geometry.mesh import TriangleMesh
 from workers.geometry.preparation import prepare
 from workers.geometry.spectrum import first_eigenvalues
@@ -108,10 +108,10 @@ def test_keys_name_the_view_and_change_with_everything(monkeypatch: pytest.Monke
         View("closed", view.steps, eigenpairs=99).key,
         open_view().key,
     }
-    monkeypatch.setattr(preparation, "PREPARATION_VERSION", "other")
+    monkeypatch.setattr(views, "PREPARATION_VERSION", "other")
     keys.add(view.key)
     monkeypatch.undo()
-    monkeypatch.setattr(preparation, "SOLVER_VERSION", "other")
+    monkeypatch.setattr(views, "SOLVER_VERSION", "other")
     keys.add(view.key)
     assert len(keys) == 7
 
