@@ -46,6 +46,7 @@ SIZES = (5_000, 10_000, 50_000, 200_000, 1_500_000)
 SPECIES = ("human", "cow", "octopus")
 LARGEST_FOR_PEERS = 60_000  # vertices: LaPy takes minutes and gigabytes above
 EIGENPAIRS = 200
+PROGRESS = Console(stderr=True)
 T = TypeVar("T")
 
 
@@ -201,10 +202,11 @@ def measure(
 ) -> list[dict[str, Any]]:
     """What each file costs, in turns with what the plain way costs."""
     found = []
-    for group, path in track(files, "measuring", console=Console(stderr=True)):
+    for group, path in track(files, "measuring", console=PROGRESS):
         for _ in range(repeats):
             own = in_its_own_process("proteus", path)
             if own is None:
+                PROGRESS.print(f"{path.name} was not described")
                 continue
             plain = None
             if peers and own["vertices"] <= LARGEST_FOR_PEERS:
