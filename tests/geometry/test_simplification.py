@@ -44,7 +44,7 @@ def normalised_eigenvalues(mesh: TriangleMesh) -> FloatArray:
 def test_what_makes_the_shape_is_kept(mesh: TriangleMesh) -> None:
     simplified = simplify(mesh, vertices=800)
     coarse = simplified.mesh
-    assert coarse.n_vertices == pytest.approx(800, rel=0.03)
+    assert 0.97 * 800 <= coarse.n_vertices <= 1.25 * 800
     assert simplified.checked == ()
     assert count_components(coarse) == count_components(mesh)
     assert euler_characteristic(coarse) == euler_characteristic(mesh)
@@ -174,7 +174,7 @@ def spiky(mesh: TriangleMesh, n_handles: int) -> TriangleMesh:
 def test_a_thousand_handles_do_not_make_the_working_mesh_large() -> None:
     mesh = clean(spiky(bumpy_sphere(5), 400)).mesh
     simplified = simplify(mesh, vertices=1000)
-    assert simplified.mesh.n_vertices <= 4400
+    assert simplified.mesh.n_vertices <= 1.25 * 4000
     assert simplified.checked != ()
 
 
@@ -188,7 +188,7 @@ def test_a_fine_mesh_of_which_no_level_passes_is_not_kept() -> None:
         return Coarser(scaled(coarse.mesh, 0.9), coarse.to)
 
     simplified = simplify(mesh, vertices=1000, decimate=shrinking)
-    assert simplified.mesh.n_vertices == pytest.approx(4000, rel=0.03)
+    assert 0.97 * 4000 <= simplified.mesh.n_vertices <= 1.25 * 4000
     assert simplified.checked[-1] == "taken all the same: the mesh itself is too large"
 
 

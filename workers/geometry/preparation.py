@@ -13,7 +13,7 @@ from workers.geometry.simplification import simplify
 from workers.geometry.smoothing import fair, smooth
 from workers.geometry.views import Step, View
 
-WORTH_COARSENING = 2.0  # times that size: two simplifications make worse triangles of flat sheets
+WORTH_COARSENING = 2.0  # times that size: below, a second simplification costs what it saves
 
 
 @dataclass(frozen=True, eq=False)

@@ -14,11 +14,15 @@ import fast_simplification
 import numpy as np
 
 from workers.errors import InvalidMeshError
-from workers.geometry.arrays import IntArray, ascending
+from workers.geometry.arrays import FloatArray, IntArray, ascending
 from workers.geometry.canonical import canonical_frame, canonical_order, reordered, rounded
 from workers.geometry.cleaning import useful_faces, without_useless_faces
+from workers.geometry.diagonals import turn_edges
+from workers.geometry.edges import edge_lengths
 from workers.geometry.likeness import eigenvalue_faults
 from workers.geometry.mesh import TriangleMesh
+from workers.geometry.needles import merge_needles
+from workers.geometry.refinement import split_long_edges
 from workers.geometry.topology import (
     boundary_edges,
     boundary_loops,
@@ -33,6 +37,11 @@ LARGEST_CHECKED = 60_000  # vertices: finer meshes come down to these by what is
 LEVELS = (1, 2, 4)  # multiples of the vertices asked for
 LARGEST_AREA_ERROR = 0.05  # relative; sound levels were within 0.02
 SHARD = 1e-3  # of the area: a piece that came off and has less is dropped
+MAGNIFIED = 1000.0  # the simplifier's thresholds begin far below the errors of a surface so large
+JITTER = 0.01  # of an edge, to each side
+JITTER_SEED = 20261128
+LONGEST_EDGE = 2.5  # in units of the root of a vertex's share of the area: longer ones are halved
+MOST_SPLIT = 0.25  # of the vertices asked for
 AGGRESSIVENESS = (7.0, 4.0)  # of the error threshold's growth: tried in this order
 LARGEST_VALENCE = 20_000  # the simplifier takes the square of it
 
@@ -85,6 +94,10 @@ def decimate_by_error(
 ) -> Coarser:
     """Mesh of about so many vertices by quadric error (Garland, Heckbert 1997), unchecked.
 
+    A flat piece has no error at all: its vertices would go in the order of their numbers and come
+    to lie anywhere. So a little noise makes errors grow with what was merged, needles are merged,
+    edges are turned, and what is too coarse for functions is made finer.
+
     Parameters
     ----------
     mesh : TriangleMesh
@@ -103,19 +116,37 @@ def decimate_by_error(
     """
     n_faces = round(mesh.n_faces * target / mesh.n_vertices)
     corners = mesh.faces.astype(np.int32)
+    vertices = MAGNIFIED * (mesh.vertices + _jitter(mesh))
     with ONE_AT_A_TIME:
         points, triangles, collapses = fast_simplification.simplify(
-            mesh.vertices.copy(),
+            vertices.copy(),
             corners,
             target_count=n_faces,
             agg=aggressiveness,
             preserve_border=keep_border,
             return_collapses=True,
         )
-        _, _, to = fast_simplification.replay_simplification(
-            mesh.vertices.copy(), corners, collapses
-        )
-    return _without_useless(points, triangles.astype(np.int64), to.astype(np.int64))
+        _, _, to = fast_simplification.replay_simplification(vertices, corners, collapses)
+    found = TriangleMesh(points / MAGNIFIED, triangles.astype(np.int64))
+    merged, into = merge_needles(found)
+    shaped = turn_edges(merged)
+    longest = LONGEST_EDGE * float(np.sqrt(mesh.area / target))
+    shaped = split_long_edges(shaped, longest=longest, most=round(MOST_SPLIT * target))
+    return _without_useless(shaped.vertices, shaped.faces, into[to])
+
+
+def _jitter(mesh: TriangleMesh) -> FloatArray:
+    """A little noise, (n, 3): in units of the shortest edge that a vertex has."""
+    shortest = np.full(mesh.n_vertices, np.inf)
+    for corner in range(3):
+        edges = mesh.faces[:, [corner, (corner + 1) % 3]]
+        along = edge_lengths(mesh.vertices, edges)
+        for side in range(2):
+            np.minimum.at(shortest, edges[:, side], along)
+    rng = np.random.Generator(np.random.PCG64(JITTER_SEED))
+    noise: FloatArray = rng.uniform(-JITTER, JITTER, size=mesh.vertices.shape)
+    noise *= np.where(np.isfinite(shortest), shortest, 0.0)[:, None]
+    return noise
 
 
 def _without_useless(points: np.ndarray, triangles: IntArray, to: IntArray) -> Coarser:

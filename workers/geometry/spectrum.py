@@ -12,7 +12,7 @@ from workers.geometry.eigensolver import smallest_eigenpairs
 from workers.geometry.laplacian import Laplacian, mesh_laplacian
 from workers.geometry.mesh import TriangleMesh
 
-SOLVER_VERSION = "2"
+SOLVER_VERSION = "3"
 """Part of every key under which a spectrum is stored: raised when results change."""
 
 

@@ -11,7 +11,7 @@ from typing import Any
 from workers.errors import InvalidRequestError
 from workers.geometry.spectrum import SOLVER_VERSION
 
-PREPARATION_VERSION = "4"
+PREPARATION_VERSION = "5"
 """Part of every view's key: raised when a step gives another mesh than before."""
 
 LONGEST_LOOP = 50.0  # p² / A: longer ones are the rims of sheets, which are doubled: decision 0008
@@ -20,6 +20,7 @@ SMOOTHED_VERTICES = 2500  # nothing finer is left of a smoothed surface: chosen,
 VIEW_NAMES = ("closed", "open", "smooth", "smooth-open", "detailed")
 DETAILED_EIGENPAIRS = 200  # decision 0015
 FEWEST_OF_A_PART = 250  # vertices of a component that counts little: chosen, see decision 30
+LEAST_SHARE_OF_PAIRS = 1 / 3  # of a small component, whose channels look at a fourth: decision 30
 FEWEST_VERTICES = 1000  # a coarser mesh has too few eigenpairs: decision 0003
 
 
@@ -116,7 +117,8 @@ class View:
         Returns
         -------
         View
-            This one from a quarter on; with fewer vertices below.
+            This one from a quarter on; with fewer vertices and eigenpairs below. Eigenvalues of a
+            component grow as its area falls, so fewer of them reach as far as those of the whole.
         """
         share = min(1.0, 4.0 * weight)
         if share == 1.0:
@@ -133,7 +135,8 @@ class View:
                 least = min(count, fewest[step.name])
                 step = Step(step.name, {"vertices": max(least, math.ceil(share * count))})
             steps.append(step)
-        return replace(self, steps=tuple(steps))
+        pairs = math.ceil(max(share, LEAST_SHARE_OF_PAIRS) * self.eigenpairs)
+        return replace(self, steps=tuple(steps), eigenpairs=pairs)
 
     def to_json(self) -> dict[str, Any]:
         """Plain dict, as it is stored with a model.
