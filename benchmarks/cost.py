@@ -27,6 +27,7 @@ from rich.console import Console
 from rich.progress import track
 from rich.table import Table
 
+from benchmarks.cost_plot import draw_costs
 from workers.creatures import make_creature
 from workers.geometry.cleaning import clean
 from workers.geometry.components import described_components
@@ -171,6 +172,7 @@ def main() -> None:
     parser.add_argument("--no-peers", action="store_true")
     parser.add_argument("--data", type=Path, help="folder of meshes, measured as they are")
     parser.add_argument("--out", type=Path, help="write the figures as JSON")
+    parser.add_argument("--plot", type=Path, help="folder that gets the picture")
     parser.add_argument("--one", nargs=2, metavar=("WAY", "FILE"), help=argparse.SUPPRESS)
     options = parser.parse_args()
     if options.one:
@@ -184,6 +186,8 @@ def main() -> None:
     show(found)
     if options.out is not None:
         options.out.write_text(json.dumps(found, indent=1) + "\n")
+    if options.plot is not None:
+        draw_costs(found, options.plot)
 
 
 def creature_files(folder: Path, sizes: Sequence[int]) -> list[tuple[str, Path]]:
