@@ -35,6 +35,7 @@ from benchmarks.cost import solve_plainly
 from benchmarks.survival import running_service
 from workers.creatures import SPECIES, make_creature
 from workers.errors import ProteusError
+from workers.geometry.arrays import IntArray
 from workers.geometry.cleaning import clean
 from workers.geometry.formats import parse, write
 from workers.geometry.mesh import TriangleMesh
@@ -59,11 +60,32 @@ STEPS: dict[str, tuple[str, ...]] = {
     "thumbnail": ("workers.pipeline.ingest.render", "workers.pipeline.ingest.encode_png"),
     "preparing": ("workers.geometry.preparation.Preparation.under",),
     "spectrum": ("workers.geometry.solution.compute_spectrum",),
-    "sampling": ("workers.geometry.solution.sample_surface",),
+    "points": ("workers.geometry.solution.sample_surface",),
     "describing": ("workers.pipeline.solve.describe",),
-    "storing": ("workers.storage.blobs.BlobStore.put", "workers.storage.solutions.pack"),
+    "storing": (
+        "workers.storage.blobs.BlobStore.put",
+        "workers.storage.solutions.pack",
+        "workers.pipeline.work.commit",
+        "workers.pipeline.work.commit_together",
+    ),
 }
 """Functions of each step; what a function calls of another step counts for that one."""
+
+
+@dataclass(frozen=True)
+class PlainLoop:
+    """What one mesh takes in the plain loop.
+
+    Attributes
+    ----------
+    seconds : float
+        By the clock, of the slowest process, over the meshes of all processes.
+    processor_seconds : float
+        Of all processes.
+    """
+
+    seconds: float
+    processor_seconds: float
 
 
 @dataclass(frozen=True)
@@ -80,8 +102,8 @@ class Measured:
         Of all processes of the service meanwhile.
     shares : dict of str to float
         Of each step in the processor time of the work, and of all that is in no step.
-    plain_seconds : float or None
-        Of the plain loop for one mesh: seconds by the clock, over all processes.
+    plain : PlainLoop or None
+        What the plain loop took.
     """
 
     name: str
@@ -90,7 +112,7 @@ class Measured:
     seconds: float
     processor_seconds: float
     shares: dict[str, float]
-    plain_seconds: float | None
+    plain: PlainLoop | None
 
     @property
     def a_minute(self) -> float:
@@ -99,10 +121,8 @@ class Measured:
 
     @property
     def ratio(self) -> float | None:
-        """How many times as fast as the plain loop."""
-        if self.plain_seconds is None:
-            return None
-        return self.plain_seconds * self.meshes / self.seconds
+        """How many times as fast as the plain loop, by the clock."""
+        return None if self.plain is None else self.plain.seconds * self.meshes / self.seconds
 
 
 class Clock:
@@ -178,8 +198,8 @@ def _blobs(settings: Settings) -> BlobStore:
     return BlobStore(settings.resolved_blob_url)
 
 
-def plain_loop(files: Sequence[Path], processes: int) -> float:
-    """Seconds by the clock that one mesh takes where so many processes share the files."""
+def plain_loop(files: Sequence[Path], processes: int) -> PlainLoop:
+    """The plain way through some files, which so many processes share."""
     environment = {**os.environ, "OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}
     command = [sys.executable, "-m", "benchmarks.ingestion", "--plain-loop"]
     running = [
@@ -191,23 +211,24 @@ def plain_loop(files: Sequence[Path], processes: int) -> float:
         )
         for i in range(processes)
     ]
-    seconds = [float(process.communicate()[0].splitlines()[-1]) for process in running]
-    return max(seconds) / len(files)
+    taken = [json.loads(process.communicate()[0].splitlines()[-1]) for process in running]
+    clock, processor = zip(*taken, strict=True)
+    return PlainLoop(max(clock) / len(files), sum(processor) / len(files))
 
 
-def run_plain_loop(files: Sequence[Path]) -> float:
-    """Seconds by the clock for the plain way through some files; a warm-up is not counted."""
+def run_plain_loop(files: Sequence[Path]) -> tuple[float, float]:
+    """Seconds by the clock and of the processor for some files; a warm-up is not counted."""
     with tempfile.TemporaryDirectory() as folder:
         warm = Path(folder) / "warm.ply"
         warm.write_bytes(_small_mesh(1.0))
         solve_plainly(warm, eigenpairs=PLAIN_EIGENPAIRS)
-    started = time.perf_counter()
+    started, worked = time.perf_counter(), time.process_time()
     for path in files:
         try:
             solve_plainly(path, eigenpairs=PLAIN_EIGENPAIRS)
         except Exception as error:  # whatever the peers raise at a mesh that they cannot solve
             PROGRESS.print(f"{path.name}: {type(error).__name__} in the plain loop")
-    return time.perf_counter() - started
+    return time.perf_counter() - started, time.process_time() - worked
 
 
 def _small_mesh(height: float) -> bytes:
@@ -312,10 +333,10 @@ def processor_seconds(parent: int) -> float:
 
 
 def real_files(data: Path, folder: Path, count: int, vertices: int | None) -> list[Path]:
-    """So many meshes of a folder, as they are or with about so many vertices.
+    """So many meshes of a folder, as they are or subdivided to so many vertices.
 
-    Where the folder has too few, finer ones than they are: those of a second round have nine tenths
-    of the vertices of the first.
+    Where the folder has fewer, a second round has nine tenths of the vertices of the first, and so
+    on. Meshes as they are have one round.
     """
     sources = [path for path in sorted(data.rglob("*.*")) if path.suffix.lower() != ".md"]
     if vertices is None:
@@ -328,13 +349,57 @@ def real_files(data: Path, folder: Path, count: int, vertices: int | None) -> li
             mesh = clean(parse(source.read_bytes(), filename=source.name).mesh).mesh
         except ProteusError:
             continue
-        wanted = round(vertices * 0.9**again)
-        path = folder / f"{again}-{source.stem}.ply"
-        path.write_bytes(
-            write(simplify(refine(mesh, vertices=wanted), vertices=wanted).mesh, "ply")
-        )
+        path = folder / f"{again}-{place}-{source.stem}.ply"
+        path.write_bytes(write(subdivided(mesh, round(vertices * 0.9**again)), "ply"))
         found.append(path)
     return found
+
+
+def subdivided(mesh: TriangleMesh, vertices: int) -> TriangleMesh:
+    """The same surface with so many vertices: whole rounds first, then the longest edges alone.
+
+    Parameters
+    ----------
+    mesh : TriangleMesh
+        One that has more vertices is returned as it is.
+    vertices : int
+        How many the result has.
+    """
+    missing = vertices - mesh.n_vertices
+    if missing <= 0:
+        return mesh
+    faces = mesh.faces
+    sides = np.sort(np.stack([faces, np.roll(faces, -1, axis=1)], axis=2), axis=2)  # (m, 3, 2)
+    edges, inverse = np.unique(sides.reshape(-1, 2), axis=0, return_inverse=True)  # (e, 2)
+    lengths = np.linalg.norm(np.diff(mesh.vertices[edges], axis=1)[:, 0], axis=1)
+    cut = np.argsort(-lengths, kind="stable")[:missing]
+    middle = np.full(len(edges), -1)
+    middle[cut] = mesh.n_vertices + np.arange(len(cut))
+    points = np.concatenate([mesh.vertices, mesh.vertices[edges[cut]].mean(axis=1)])
+    pieces = _cut(faces, middle[inverse].reshape(-1, 3))
+    return subdivided(TriangleMesh(points, pieces), vertices)
+
+
+def _cut(faces: IntArray, middles: IntArray) -> IntArray:
+    """Faces (m, 3) cut at the middles (m, 3) of their sides ab, bc, ca; -1 where there is none."""
+    there = middles >= 0
+    count = there.sum(axis=1)
+    # Turned so that a lonely middle is that of ab, and of two the missing one is that of ca.
+    turn = np.where(count == 1, there.argmax(axis=1), (there.argmin(axis=1) + 1) % 3)
+    order = (turn[:, None] + np.arange(3)) % 3
+    (a, b, c), (ab, bc, ca) = (np.take_along_axis(of, order, axis=1).T for of in (faces, middles))
+    patterns: list[list[list[IntArray]]] = [
+        [[a, b, c]],
+        [[a, ab, c], [ab, b, c]],
+        [[ab, b, bc], [a, ab, bc], [a, bc, c]],
+        [[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]],
+    ]
+    pieces = [
+        np.stack(piece, axis=1)[count == number]
+        for number, pattern in enumerate(patterns)
+        for piece in pattern
+    ]
+    return np.concatenate(pieces)
 
 
 def tiny_files(folder: Path, count: int) -> list[Path]:
@@ -357,18 +422,22 @@ def tiny_files(folder: Path, count: int) -> list[Path]:
 
 def show(rows: Sequence[Measured]) -> None:
     """Print a line for each row."""
-    steps = list(dict.fromkeys(step for row in rows for step in row.shares))
+    steps = [*STEPS, "other"]
     table = Table(
-        *("meshes", "count", "a minute", "s", "CPU s a mesh", *steps, "plain a minute", "ratio"),
+        *("meshes", "count", "a minute", "CPU s each", *steps),
+        *("plain: a minute", "CPU s each", "ratio"),
         title="from upload until all can be found",
     )
     for row in rows:
-        plain = "" if row.plain_seconds is None else f"{60.0 / row.plain_seconds:,.0f}"
+        plain = ("", "", "")
+        if row.plain is not None:
+            a_minute, each = 60.0 / row.plain.seconds, row.plain.processor_seconds
+            plain = (f"{a_minute:,.1f}", f"{each:.2f}", f"{row.ratio:.1f}")
         table.add_row(
-            *(row.name, str(row.meshes), f"{row.a_minute:,.0f}", f"{row.seconds:.1f}"),
+            *(row.name, str(row.meshes), f"{row.a_minute:,.1f}"),
             f"{row.processor_seconds / row.meshes:.2f}",
             *(f"{100.0 * row.shares[step]:.0f} %" if step in row.shares else "" for step in steps),
-            *(plain, "" if row.ratio is None else f"{row.ratio:.1f}"),
+            *plain,
         )
     Console(width=200).print(table)
 
@@ -386,7 +455,7 @@ def main() -> None:
     parser.add_argument("--plain-loop", type=Path, nargs="*", help=argparse.SUPPRESS)
     options = parser.parse_args()
     if options.plain_loop is not None:
-        sys.stdout.write(f"{run_plain_loop(options.plain_loop)}\n")
+        sys.stdout.write(json.dumps(run_plain_loop(options.plain_loop)) + "\n")
         return
     rows = []
     with tempfile.TemporaryDirectory() as folder:
