@@ -1,7 +1,7 @@
 """Meshes a minute: uploaded over HTTP, solved by two processes, until all can be found.
 
-``python -m benchmarks.ingestion --data FOLDER`` starts a service of its own for each row: the
-folder's meshes as they are, the same with about 50,000 vertices, and tiny ones in a zip. Beside it
+``python -m benchmarks.ingestion --data FOLDER`` starts a service of its own for each row. It takes
+the folder's meshes as they are, the same with 50,000 vertices, and tiny ones in a zip. Beside it
 stands a plain loop in as many processes: trimesh reads the file, and LaPy solves it at full
 resolution for 100 eigenpairs. The share of each step is that of one process which does the same
 work on some of the files, in seconds of the processor.
@@ -185,7 +185,7 @@ def shares_of_steps(files: Sequence[Path]) -> dict[str, float]:
 
 
 def _owner(function: str) -> tuple[Any, str]:
-    """The module or class that a function's dotted name stands in, and its own name."""
+    """The module or class that a function stands in, and its name there."""
     path, name = function.rsplit(".", 1)
     try:
         return import_module(path), name

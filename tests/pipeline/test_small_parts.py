@@ -1,6 +1,8 @@
 """Small shapes that are claimed and stored together, on both databases."""
 
+import time
 from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 
@@ -22,6 +24,7 @@ from workers.storage.descriptors import get_vector, store_descriptors
 from workers.storage.jobs import cancel_job, get_job
 from workers.storage.models import Job, Part, Shape
 from workers.storage.parts import Claim, renew_leases
+from workers.storage.shapes import delete_shape
 
 ALL = Bulk(parts=16, n_bytes=1 << 20, shares=1, seconds=60.0)
 """One process, which takes all that is small at once."""
@@ -94,7 +97,8 @@ def stored(claim: Claim) -> Outcome:
 
     def store(session: Session, _job: Job) -> None:
         shape = session.get(Shape, claim.shape_id, with_for_update=True)
-        assert shape is not None
+        if shape is None:  # it was deleted meanwhile
+            return
         store_descriptors(session, shape.collection_id, [(shape.id, "heat", b"\0\0\0\0")])
 
     return Outcome(store=store)
@@ -309,8 +313,75 @@ def test_a_shape_that_kills_its_worker_takes_no_other_with_it(worker: Worker) ->
     assert worker.progress == ("succeeded", 4, 4, 1)
 
 
+def test_what_was_tried_before_is_claimed_alone(worker: Worker) -> None:
+    worker.receive(*[100] * 4)
+    worker.change(1, attempts=1)
+    worker.change(2, attempts=1)
+    assert worker.run(1) == 1
+    assert worker.run(0) == 2
+    assert worker.states == [("succeeded", 1), ("succeeded", 2), ("queued", 1), ("succeeded", 1)]
+
+
 def test_where_a_part_is_tried_once_each_is_claimed_alone(worker: Worker) -> None:
     worker.receive(*[100] * 3)
     strict = worker.bench.settings.model_copy(update={"max_attempts": 1})
     worker.bench = replace(worker.bench, settings=strict)
     assert worker.run(0) == 1
+
+
+def test_processes_that_store_together_never_lock_each_other_out(worker: Worker) -> None:
+    """Two of them store, while a client deletes shapes of the same upload."""
+    worker.receive(*[100] * 48)
+    bulk = replace(ALL, parts=8)
+    gone = worker.shapes[::4]
+
+    def work(name: str) -> None:
+        for place in range(48):
+            worker.run(place, bulk, message=name)
+
+    def delete() -> None:
+        for shape in gone:
+            with worker.bench.database.begin() as session:
+                delete_shape(session, shape)
+
+    with ThreadPoolExecutor(3) as threads:
+        running = [threads.submit(work, name) for name in ("one", "two")]
+        running.append(threads.submit(delete))
+        for one in running:
+            one.result()
+    assert worker.progress == ("succeeded", 48, 48, 0)
+    assert sorted(worker.computed) == list(range(48))
+    assert [worker.shapes[place] for place in worker.described] == [
+        shape for shape in worker.shapes if shape not in gone
+    ]
+
+
+def test_all_shapes_are_locked_before_the_first_is_stored(worker: Worker) -> None:
+    """A client that deletes the second shape waits for it, and has not locked it yet."""
+    worker.receive(*[100] * 3)
+
+    def delete() -> None:
+        with worker.bench.database.begin() as session:
+            delete_shape(session, worker.shapes[1])
+
+    with ThreadPoolExecutor(1) as thread:
+        deleting: list[Future[None]] = []
+
+        def store_first(claim: Claim) -> Outcome:
+            plain = stored(claim).store
+            assert plain is not None
+
+            def store(session: Session, job: Job) -> None:
+                plain(session, job)  # it has locked the counter of changes
+                deleting.append(thread.submit(delete))
+                time.sleep(0.3)
+
+            return Outcome(store=store)
+
+        worker.acts[0] = store_first
+        worker.run(0)
+        deleting[0].result()
+    assert isinstance(worker.bench.database, CountingDatabase)
+    assert worker.bench.database.written == 3  # claimed, stored together, deleted
+    assert worker.progress == ("succeeded", 3, 3, 0)
+    assert worker.described == [0, 2]

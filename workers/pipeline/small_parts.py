@@ -40,7 +40,18 @@ class Bulk:
     seconds: float = 5.0
 
     def share(self, processes: int) -> Share:
-        """What one of so many processes claims."""
+        """What one process claims.
+
+        Parameters
+        ----------
+        processes : int
+            How many processes the worker has.
+
+        Returns
+        -------
+        Share
+            For `claim_more`.
+        """
         return Share(self.parts, self.n_bytes, self.shares * processes)
 
 
