@@ -314,7 +314,7 @@ def _wait(client: httpx.Client, count: int) -> tuple[int, int]:
         ready, failed = found["ready_count"], found["failed_count"]
         if ready + failed >= count:
             return ready, failed
-        time.sleep(0.2)
+        time.sleep(0.5)  # counting shapes costs the service a little, too
 
 
 def processor_seconds(parent: int) -> float:
