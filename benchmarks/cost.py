@@ -117,14 +117,14 @@ def describe_file(path: Path) -> dict[str, Any]:
     }
 
 
-def solve_plainly(path: Path) -> dict[str, Any]:
+def solve_plainly(path: Path, *, eigenpairs: int = EIGENPAIRS) -> dict[str, Any]:
     """Seconds and memory of reading a file with trimesh and solving it with LaPy as it is."""
     clock = Clock()
     mesh: Any = clock.time("read", lambda: trimesh.load(path, process=True, force="mesh"))
 
     def solve() -> Any:
         surface = lapy.TriaMesh(mesh.vertices, mesh.faces)
-        return lapy.Solver(surface, lump=True, use_cholmod=False).eigs(EIGENPAIRS + 1)
+        return lapy.Solver(surface, lump=True, use_cholmod=False).eigs(eigenpairs + 1)
 
     clock.time("spectrum", solve)
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss

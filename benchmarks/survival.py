@@ -68,13 +68,18 @@ def creature_files(count: int) -> Iterator[tuple[str, bytes]]:
 
 
 @contextmanager
-def running_service(folder: Path) -> Iterator[tuple[str, int]]:
-    """A service with its data in a folder: its URL and its supervisor's process id."""
+def running_service(folder: Path, *, processes: int | None = None) -> Iterator[tuple[str, int]]:
+    """A service with its data in a folder: its URL and its supervisor's process id.
+
+    Its worker has so many processes, or one a processor.
+    """
     with closing(socket.socket()) as probe:
         probe.bind(("127.0.0.1", 0))
         port = probe.getsockname()[1]
     command = [sys.executable, "-m", "proteus.cli", "serve", "--port", str(port)]
     command += ["--data-dir", str(folder)]
+    if processes is not None:
+        command += ["--workers", str(processes)]
     with (folder / "serve.log").open("wb") as log:
         process = subprocess.Popen(command, stdout=log, stderr=log, stdin=subprocess.DEVNULL)
     url = f"http://127.0.0.1:{port}"

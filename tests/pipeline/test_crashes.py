@@ -10,6 +10,7 @@ from hashlib import sha256
 from pathlib import Path
 
 import pytest
+from sqlalchemy.orm import Session
 
 from tests.meshes import bumpy_sphere
 from tests.pipeline.crashes import (
@@ -22,6 +23,7 @@ from tests.pipeline.crashes import (
 from tests.pipeline.evaluations import Zoo
 from tests.pipeline.trainings import begin_bank, begin_training, small_bench, work
 from tests.pipeline.uploads import store_upload
+from workers.errors import InvalidMeshError
 from workers.geometry.formats import write
 from workers.pipeline.activation_plan import plan_activation
 from workers.pipeline.outcome import Outcome, Verb
@@ -29,10 +31,12 @@ from workers.pipeline.part_kinds import query_part, unpack_part
 from workers.pipeline.unpack import unpack as unpack_archive
 from workers.pipeline.verbs import VERBS
 from workers.pipeline.workbench import Workbench
-from workers.storage.blobs import archive_key, mesh_key
+from workers.storage.blobs import archive_key, mesh_key, thumbnail_key
 from workers.storage.collections import create_collection, get_collection
+from workers.storage.descriptors import store_descriptors
 from workers.storage.jobs import create_job
 from workers.storage.migrate import migrate
+from workers.storage.models import Job, Shape
 from workers.storage.parts import Claim
 from workers.training.request import TrainingRequest
 
@@ -48,6 +52,11 @@ COPIES = TrainingRequest(transformations=("scale",), strengths=(2,), creatures=2
 
 def ingest(bench: Workbench) -> None:
     store_upload(bench.database, bench.blobs, "zoo", pea(1), pea(2)[:500])
+
+
+def ingest_together(bench: Workbench) -> None:
+    """Three shapes in one claim, one of which is refused, and others in claims of their own."""
+    store_upload(bench.database, bench.blobs, "zoo", *(bytes([i]) * 9 for i in range(9)))
 
 
 def unpack(bench: Workbench) -> None:
@@ -132,9 +141,24 @@ def end_at_once(_bench: Workbench, _claim: Claim) -> Outcome:
     return Outcome()
 
 
+def describe_plainly(bench: Workbench, claim: Claim) -> Outcome:
+    """Store a descriptor and a blob; the second shape is refused."""
+    with bench.database.read() as session:
+        shape = session.get_one(Shape, claim.shape_id)
+    if shape.name == "1.off":
+        raise InvalidMeshError("it has no faces")
+    bench.blobs.put(thumbnail_key(shape.sha256), b"")
+
+    def store(session: Session, _job: Job) -> None:
+        store_descriptors(session, shape.collection_id, [(shape.id, "heat", b"\0\0\0\0")])
+
+    return Outcome(store=store)
+
+
 UNSOLVED: Mapping[str, Verb] = {**VERBS, "ingest": end_at_once}
 PREPARATIONS: Mapping[Callable[[Workbench], None], Mapping[str, Verb]] = {
     ingest: VERBS,
+    ingest_together: {**VERBS, "ingest": describe_plainly},
     unpack: UNSOLVED,
     unpack_by_parts: {**UNSOLVED, "unpack": partial(unpack_archive, entries_a_part=2)},
     unpack_tar_by_parts: {**UNSOLVED, "unpack": partial(unpack_archive, entries_a_part=2)},

@@ -12,6 +12,7 @@ from tests.meshes import box, icosphere, renumbered, scaled, single_triangle, tr
 from workers.errors import InvalidRequestError
 from workers.geometry.arrays import FloatArray
 from workers.geometry.mesh import TriangleMesh
+from workers.rendering.rasterising import distinct
 from workers.rendering.render import Picture, contact_sheet, encode_png, render
 
 FRONT = (0.0, 0.0, 1.0)
@@ -206,3 +207,10 @@ def test_a_png_holds_the_picture_and_a_palette_makes_it_smaller() -> None:
 
 def test_the_same_mesh_gives_the_same_bytes() -> None:
     assert encode_png(render(icosphere(2))) == encode_png(render(icosphere(2)))
+
+
+def test_numbers_are_found_once_and_in_order() -> None:
+    numbers = np.array([7, 2, 7, 0, 2])
+    found, place = distinct(numbers, 9)
+    assert found.tolist() == [0, 2, 7]
+    assert_array_equal(found[place], numbers)

@@ -36,24 +36,56 @@ def rasterise(screen: FloatArray, faces: IntArray, pixels: int) -> tuple[IntArra
         corners = screen[faces[block]]  # (b, 3, 3)
         edges, area = _edge_functions(corners)
         rows, which = _rows(corners, area, pixels)  # (r,), (r,)
-        first, last = _spans(edges[which], rows, pixels)  # (r,), (r,)
+        edges = edges[which]  # (r, 3, 3)
+        first, last = _spans(edges, rows, pixels)  # (r,), (r,)
         row, column = _ranges(first, last)  # (q,) which row, and the column
-        weights = np.einsum(  # (q, 3)
-            "qce,eq->qc",
-            edges[which[row]],
-            np.stack([column + 0.5, rows[row] + 0.5, np.ones(len(row))]),
-        )
-        level = np.einsum("qc,qc->q", weights, corners[which[row], :, 2])
-        cell = rows[row] * pixels + column
+        x, y = column + 0.5, (rows + 0.5).take(row)
+        level = np.zeros(len(row))
+        for corner in range(3):  # each sum in this order: it decides the last bits
+            along, across, rest = edges[:, corner].T.copy()  # (r,) each
+            weight = along.take(row)
+            weight *= x
+            across = across.take(row)
+            across *= y
+            weight += across
+            weight += rest.take(row)
+            weight *= corners[:, corner, 2].take(which).take(row)
+            level += weight
+        cell = (rows * pixels).take(row) + column
         np.maximum.at(height, cell, level)
         won = level >= height[cell]
         nearest[cell[won]] = block[which[row[won]]]
     hit = np.flatnonzero(nearest >= 0)
-    edges, _ = _edge_functions(screen[faces[nearest[hit]]])
+    drawn, place = distinct(nearest[hit], len(faces))
+    edges, _ = _edge_functions(screen[faces[drawn]])
+    x, y = hit % pixels + 0.5, hit // pixels + 0.5
     weights = np.zeros((pixels * pixels, 3))
-    place = np.stack([hit % pixels + 0.5, hit // pixels + 0.5, np.ones(len(hit))])  # (3, hits)
-    weights[hit] = np.clip(np.einsum("qce,eq->qc", edges, place), 0.0, 1.0)
+    for corner in range(3):
+        along, across, rest = (edges[:, corner, i].take(place) for i in range(3))
+        weights[hit, corner] = np.clip(along * x + across * y + rest, 0.0, 1.0)
     return nearest, weights
+
+
+def distinct(numbers: IntArray, count: int) -> tuple[IntArray, IntArray]:
+    """Find which of the numbers below a count there are, faster than by sorting them.
+
+    Parameters
+    ----------
+    numbers : (q,) int64
+        From 0 to below the count.
+    count : int
+        Above all numbers.
+
+    Returns
+    -------
+    found : (u,) int64
+        Each number once, ascending.
+    place : (q,) int64
+        Where each stands among those: ``found[place]`` are the numbers.
+    """
+    there = np.zeros(count, dtype=np.bool_)
+    there[numbers] = True
+    return np.flatnonzero(there), (np.cumsum(there) - 1)[numbers]
 
 
 def _blocks(screen: FloatArray, faces: IntArray) -> Iterator[IntArray]:

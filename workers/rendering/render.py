@@ -13,11 +13,11 @@ from numpy.typing import NDArray
 from PIL import Image, ImageDraw, ImageFont
 
 from workers.errors import InvalidRequestError
-from workers.geometry.arrays import BoolArray, FloatArray, IntArray
+from workers.geometry.arrays import FloatArray, IntArray
 from workers.geometry.mesh import TriangleMesh
 from workers.geometry.normals import angle_weighted_normals, unit_vectors
 from workers.rendering.colouring import finite_range, value_colours
-from workers.rendering.rasterising import rasterise
+from workers.rendering.rasterising import distinct, rasterise
 
 Picture = NDArray[np.uint8]
 
@@ -28,6 +28,9 @@ _AZIMUTH, _ELEVATION = np.radians(35.0), np.radians(25.0)
 _CREASE = np.cos(np.radians(40.0))  # corners bent more than this keep the normal of their face
 _KEY = np.array([-0.42, 0.66, 0.62])  # direction to the light, in the camera's coordinates
 _FILL = np.array([0.85, -0.05, 0.52])
+
+# Of 1 to 9; measured on 12 thumbnails: 9 takes six times as long, for 5 % fewer bytes.
+_COMPRESSION = 6
 
 
 def render(
@@ -76,20 +79,18 @@ def render(
         raise InvalidRequestError(f"a picture of {size} pixels was asked for, 1 to 4096 are drawn")
     camera = _camera(up, direction)  # (3, 3): rows right, up, towards the camera
     pixels = size * _SUPERSAMPLING
-    colours = np.zeros((pixels * pixels, 3))
     vertices, faces = _finite(mesh)
     screen = _project(vertices, camera, pixels)  # (n, 3)
     face, weights = rasterise(screen, faces, pixels)  # (p²,), (p², 3)
-    hit = face >= 0
+    hit = np.flatnonzero(face >= 0)
+    face, weights = face[hit], weights[hit]  # (h,), (h, 3)
     # rows of a picture grow downwards, the camera's second axis upwards
     seen = TriangleMesh(screen * np.array([1.0, -1.0, 1.0]), faces)
-    normals = _corner_normals(seen, face[hit])  # (hits, 3, 3)
-    shading = _shade(np.einsum("hc,hcd->hd", weights[hit], normals))  # (hits,)
-    surface: FloatArray = np.array(colour, dtype=np.float64)  # (3,) or (hits, 3)
+    shading = _shade(_normals(seen, face, weights))  # (h,)
+    surface: FloatArray = np.array(colour, dtype=np.float64)  # (3,) or (h, 3)
     if values is not None:
-        surface = _value_surface(mesh, values, value_range, faces[face[hit]], weights[hit])
-    colours[hit] = shading[:, None] * (surface / 255.0) ** 2.2
-    return _develop(colours, hit, pixels, background)
+        surface = _value_surface(mesh, values, value_range, faces[face], weights)
+    return _develop(shading[:, None] * (surface / 255.0) ** 2.2, hit, pixels, background)
 
 
 def contact_sheet(
@@ -161,7 +162,7 @@ def encode_png(image: Picture, *, palette: int | None = None) -> bytes:
         method = Image.Quantize.MEDIANCUT if opaque else Image.Quantize.FASTOCTREE
         picture = picture.quantize(palette, method=method)
     buffer = io.BytesIO()
-    picture.save(buffer, format="PNG", optimize=True)
+    picture.save(buffer, format="PNG", compress_level=_COMPRESSION)
     return buffer.getvalue()
 
 
@@ -224,13 +225,22 @@ def _project(vertices: FloatArray, camera: FloatArray, pixels: int) -> FloatArra
     return np.stack([pixels / 2 + seen[:, 0], pixels / 2 - seen[:, 1], seen[:, 2]], axis=1)
 
 
-def _corner_normals(seen: TriangleMesh, drawn: IntArray) -> FloatArray:
-    """Normals at the corners of the faces drawn (h,), (h, 3, 3): smooth, but sharp at creases."""
-    flat = unit_vectors(seen.face_normals)[drawn, None]  # (h, 1, 3)
-    smooth = angle_weighted_normals(seen)[seen.faces[drawn]]  # (h, 3, 3)
+def _normals(seen: TriangleMesh, face: IntArray, weights: FloatArray) -> FloatArray:
+    """Normals (h, 3) at points of faces (h,) with weights (h, 3) of the corners; not of length 1.
+
+    They are smooth, but sharp at creases.
+    """
+    drawn, place = distinct(face, seen.n_faces)  # each face is seen at many points
+    flat = unit_vectors(seen.face_normals)[drawn, None]  # (d, 1, 3)
+    smooth = angle_weighted_normals(seen)[seen.faces[drawn]]  # (d, 3, 3)
     creased = (smooth * flat).sum(axis=2, keepdims=True) < _CREASE
-    both: FloatArray = np.where(creased, flat, smooth)
-    return np.where(flat[:, :, 2:] < 0, -both, both)  # windings differ; both sides are lit
+    both = np.where(creased, flat, smooth)
+    lit = np.where(flat[:, :, 2:] < 0, -both, both)  # windings differ; both sides are lit
+    normals: FloatArray = np.zeros((len(face), 3))
+    for axis in range(3):
+        for corner in range(3):
+            normals[:, axis] += weights[:, corner] * lit[:, corner, axis].take(place)
+    return normals
 
 
 def _shade(normals: FloatArray) -> FloatArray:
@@ -250,15 +260,24 @@ def _wrapped(cosine: FloatArray) -> FloatArray:
 
 
 def _develop(
-    colours: FloatArray, hit: BoolArray, pixels: int, background: tuple[int, ...] | None
+    colours: FloatArray, hit: IntArray, pixels: int, background: tuple[int, ...] | None
 ) -> Picture:
-    """Average the samples of each pixel, (p², 3) and (p²,) → (size, size, 3 or 4)."""
+    """Average the samples of each pixel, (h, 3) at places (h,) of p² → (size, size, 3 or 4)."""
     size, step = pixels // _SUPERSAMPLING, _SUPERSAMPLING
-    light = colours.reshape(size, step, size, step, 3).mean(axis=(1, 3))  # premultiplied
-    alpha = hit.reshape(size, step, size, step).mean(axis=(1, 3))[:, :, None]
+    cell = hit // pixels // step * size + hit % pixels // step  # (h,)
+    drawn, place = distinct(cell, size * size)  # (d,) pixels that are not empty
+    samples = np.bincount(place, minlength=len(drawn))
+    sums = [np.bincount(place, colours[:, i], minlength=len(drawn)) for i in range(3)]
+    light = np.stack(sums, axis=1) / step**2  # (d, 3), premultiplied
+    alpha = samples[:, None] / step**2  # (d, 1)
     if background is None:
-        shown = np.clip(light / np.where(alpha > 0, alpha, 1.0), 0.0, 1.0) ** (1 / 2.2)
-        return np.round(255 * np.concatenate([shown, alpha], axis=2)).astype(np.uint8)
-    behind = (np.array(background) / 255.0) ** 2.2
-    shown = np.clip(light + (1.0 - alpha) * behind, 0.0, 1.0) ** (1 / 2.2)
-    return np.asarray(np.round(255 * shown), dtype=np.uint8)
+        shown = np.clip(light / alpha, 0.0, 1.0) ** (1 / 2.2)
+        image = np.zeros((size * size, 4), dtype=np.uint8)
+        image[drawn] = np.round(255 * np.concatenate([shown, alpha], axis=1))
+    else:
+        behind = (np.array(background) / 255.0) ** 2.2
+        shown = np.clip(light + (1.0 - alpha) * behind, 0.0, 1.0) ** (1 / 2.2)
+        image = np.empty((size * size, 3), dtype=np.uint8)
+        image[:] = np.round(255 * np.clip(behind, 0.0, 1.0) ** (1 / 2.2))
+        image[drawn] = np.round(255 * shown)
+    return image.reshape(size, size, -1)
