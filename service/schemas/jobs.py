@@ -13,13 +13,14 @@ from workers.storage.models import Job
 JobKind = Literal["ingest", "query", "train", "describe", "evaluate", "prune"]
 JobState = Literal["queued", "running", "succeeded", "failed", "cancelled"]
 COPIED = (
-    *("id", "kind", "state", "errors", "skipped", "skipped_count", "attempts", "collection"),
-    *("model", "result"),
+    *("id", "kind", "state", "step", "errors", "skipped", "skipped_count", "attempts"),
+    *("collection", "model", "result"),
 )
 JOB_EXAMPLE: JsonDict = {
     "id": "0199b1c4-7a11-7d2e-9c3b-5a6b7c8d9e0f",
     "kind": "ingest",
     "state": "running",
+    "step": None,
     "progress": {"done": 3, "total": 12, "unit": "shapes"},
     "errors": [
         {
@@ -72,6 +73,11 @@ class JobAnswer(Answer):
     kind: JobKind
     state: JobState
     progress: Progress
+    step: str | None = Field(
+        description="what is done now: `reading`, `simplifying`, `spectrum`, `describing` of a "
+        "mesh; `transforming`, `learning`, `searching`, `measuring`; null if the job does several "
+        "things at once, or has ended"
+    )
     errors: list[JobError] = Field(description="the first thousand")
     skipped: list[JobSkipped] = Field(
         description="files beside the meshes of an upload that were left alone; the first thousand"

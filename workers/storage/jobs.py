@@ -312,7 +312,7 @@ def cancel_job(session: Session, job_id: str) -> Job:
     )
     reason = {"type": "cancelled", "detail": "its job was cancelled before it was computed"}
     _set_shape_errors(session, cancelled, reason)
-    job.state = "cancelled"
+    job.state, job.step = "cancelled", None
     job.finished_at = time.time()
     job.revision += 1
     return job

@@ -84,7 +84,8 @@ class Job(Base):
     """Long work as its client sees it; the parts below it are what workers claim.
 
     ``skipped`` has the first of ``skipped_count`` files of an upload that are no meshes.
-    ``result`` is what the work found out, where that is stored nowhere else.
+    ``result`` is what the work found out, where that is stored nowhere else. ``step`` is what is
+    done now, where it is known of the whole job.
     """
 
     __tablename__ = "jobs"
@@ -101,6 +102,7 @@ class Job(Base):
     attempts: Mapped[int] = mapped_column(Integer)
     collection: Mapped[str | None] = mapped_column(String(63))
     model: Mapped[str | None] = mapped_column(String(63))
+    step: Mapped[str | None] = mapped_column(String(20))
     finale: Mapped[Json | None] = mapped_column(JSON(none_as_null=True))
     result: Mapped[Json | None] = mapped_column(JSON(none_as_null=True))
     revision: Mapped[int] = mapped_column(Integer)

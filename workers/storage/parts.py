@@ -233,6 +233,7 @@ def finish_part(
     )
     job.done += weight or 0
     job.failed += len(failed_items) + (0 if failure is None else weight or 0)
+    job.step = None
     job.revision += 1
     named = [*failed_items, *([] if failure is None else [failure])]
     room = max(0, MAX_ERRORS - len(job.errors))
@@ -278,7 +279,7 @@ def release_part(session: Session, claim: Claim, *, now: float) -> None:
     LeaseLostError
         The claim stands no longer.
     """
-    hold_lease(session, claim)
+    hold_lease(session, claim).step = None
     session.execute(
         update(Part)
         .where(Part.id == claim.part_id)

@@ -28,7 +28,7 @@ def make_celery(settings: Settings) -> Celery:
     celery = Celery(
         "proteus",
         broker=settings.resolved_broker_url,
-        include=["workers.tasks.run", "workers.tasks.sweep", "workers.tasks.orphans"],
+        include=[f"workers.tasks.{name}" for name in ("run", "sweep", "watch", "orphans")],
     )
     queues: list[Any] = [Queue(settings.queue_name(queue)) for queue in QUEUES]  # type: ignore[no-untyped-call]
     celery.conf.update(
