@@ -31,6 +31,7 @@ from workers.tasks.dispatch import Dispatcher
 from workers.tasks.notes import FOLDER_VARIABLE, Note, Notes
 
 PAUSE_SECONDS = 0.25
+DYING_SECONDS = 0.1  # from the signal until the kernel has ended the process
 WORTH_TELLING_SECONDS = 1.0
 """Steps of uploads are stored from this age on: thousands of small ones cost no transaction."""
 
@@ -139,8 +140,8 @@ class WatchedPool:
         self._folder = Path(tempfile.mkdtemp(prefix="proteus-notes-"))
         os.environ[FOLDER_VARIABLE] = str(self._folder)
 
-    def start(self, pool: Any) -> None:
-        """Begin to watch the processes of a pool."""
+    def start(self, pool: Any, hub: Any) -> None:
+        """Begin to watch the processes of a pool, which lives in the parent's event loop."""
         if self._folder is None:
             return
         settings: Settings = app.settings
@@ -153,6 +154,9 @@ class WatchedPool:
 
         def kill(process: int) -> None:
             pool.terminate_job(process, signal.SIGKILL)  # Celery counts it as no crash
+            if hub is not None:  # start another at once; the pool itself looks every 5 s
+                time.sleep(DYING_SECONDS)
+                hub.call_soon(pool.maintain_pool)
 
         self._watcher = Watcher(bench, Notes(self._folder), kill)
         self._watcher.start()
@@ -178,7 +182,7 @@ def _prepare(**_: Any) -> None:
 
 @worker_ready.connect
 def _start(sender: Any, **_: Any) -> None:
-    _watched.start(sender.pool)
+    _watched.start(sender.pool, sender.hub)
 
 
 @worker_shutting_down.connect

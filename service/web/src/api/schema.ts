@@ -683,6 +683,11 @@ export interface components {
             state: "queued" | "running" | "succeeded" | "failed" | "cancelled";
             progress: components["schemas"]["Progress"];
             /**
+             * Step
+             * @description what is done now: `reading`, `simplifying`, `spectrum`, `describing` of a mesh; `transforming`, `learning`, `searching`, `measuring`; null if the job does several things at once, or has ended
+             */
+            step: string | null;
+            /**
              * Errors
              * @description the first thousand
              */
