@@ -91,6 +91,7 @@ def test_a_query_says_what_is_done_and_can_be_cancelled(running: Running, seen: 
     page = seen.page
     job = {
         **{"id": "held", "kind": "query", "state": "running", "step": "simplifying"},
+        **{"seconds_left": None},
         **{"progress": {"done": 0, "total": 1, "unit": "meshes"}, "errors": []},
         **{"skipped": [], "skipped_count": 0, "attempts": 1, "collection": "zoo", "model": "heat"},
         **{"result": None, "created_at": "2026-03-01T09:30:00Z", "started_at": None},

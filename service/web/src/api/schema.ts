@@ -688,6 +688,11 @@ export interface components {
              */
             step: string | null;
             /**
+             * Seconds Left
+             * @description how long it will still take, as estimated when something was done last; null where that cannot be told
+             */
+            seconds_left: number | null;
+            /**
              * Errors
              * @description the first thousand
              */

@@ -1,6 +1,7 @@
 // What a job is at, as people say it.
 
 import type { Job } from "../api/types";
+import { about } from "./words";
 
 const STEPS: Record<string, string> = {
   reading: "reading the mesh",
@@ -14,10 +15,11 @@ const STEPS: Record<string, string> = {
 };
 
 /** How far a job is, in words: what is done now, and how many of several are done. */
-export function standOf(job: Pick<Job, "state" | "step" | "progress">): string {
+export function standOf(job: Pick<Job, "state" | "step" | "seconds_left" | "progress">): string {
   if (job.state === "queued") return "waiting for a worker";
   const { done, total, unit } = job.progress;
   const step = job.step === null ? null : STEPS[job.step] ?? job.step;
   if (step !== null && total === 1) return step;
-  return step === null ? `${done} of ${total} ${unit}` : `${done} of ${total} ${unit}, ${step}`;
+  const left = job.seconds_left === null ? null : `${about(job.seconds_left)} left`;
+  return [`${done} of ${total} ${unit}`, step, left].filter((part) => part !== null).join(", ");
 }
