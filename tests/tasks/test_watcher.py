@@ -248,6 +248,19 @@ def test_the_last_of_several_shapes_that_fails_ends_its_job(parent: Parent) -> N
     assert (parent.job(job_id).state, parent.sent) == ("failed", [])
 
 
+def test_a_folder_that_was_tidied_away_is_made_again(parent: Parent, tmp_path: Path) -> None:
+    (tmp_path / "notes").rmdir()
+    job_id = parent.queue(asked())
+    parent.progress.begin(parent.claim(job_id))
+    parent.watcher.look()
+    parent.progress.enter("reading")
+    parent.watcher.look()
+    assert parent.job(job_id).step == "reading"
+    parent.progress.end()
+    parent.progress.begin(parent.claim(parent.queue(asked())))
+    assert parent.notes.read_all() == {}
+
+
 def test_a_disk_that_is_full_stops_no_work(parent: Parent, monkeypatch: pytest.MonkeyPatch) -> None:
     def refuse(_process: int, *_: object) -> None:
         raise OSError("no space left on device")

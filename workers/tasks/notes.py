@@ -66,6 +66,7 @@ class Notes:
             What it is at.
         """
         path = self._path(process)
+        path.parent.mkdir(mode=0o700, exist_ok=True)  # programs that tidy up remove old ones
         unfinished = path.with_suffix(".part")
         unfinished.write_text(json.dumps(asdict(note)))
         unfinished.replace(path)

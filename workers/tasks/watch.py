@@ -6,6 +6,7 @@ claim does not stand any more, since its job was cancelled; or the work on its m
 than ``PROTEUS_SHAPE_SECONDS``, and the part was failed for that.
 """
 
+import atexit
 import os
 import shutil
 import signal
@@ -17,7 +18,7 @@ from pathlib import Path
 from typing import Any
 
 import structlog
-from celery.signals import worker_init, worker_ready, worker_shutdown, worker_shutting_down
+from celery.signals import worker_init, worker_ready, worker_shutting_down
 
 from workers.pipeline.overtime import fail_overtime
 from workers.pipeline.progress import MESH_STEPS
@@ -139,6 +140,7 @@ class WatchedPool:
         """Make the folder of the notes, before there are processes that write them."""
         self._folder = Path(tempfile.mkdtemp(prefix="proteus-notes-"))
         os.environ[FOLDER_VARIABLE] = str(self._folder)
+        atexit.register(shutil.rmtree, self._folder, ignore_errors=True)
 
     def start(self, pool: Any, hub: Any) -> None:
         """Begin to watch the processes of a pool, which lives in the parent's event loop."""
@@ -166,11 +168,6 @@ class WatchedPool:
         if self._watcher is not None:
             self._watcher.stop()
 
-    def clear(self) -> None:
-        """Remove the folder."""
-        if self._folder is not None:
-            shutil.rmtree(self._folder, ignore_errors=True)
-
 
 _watched = WatchedPool()
 
@@ -188,8 +185,3 @@ def _start(sender: Any, **_: Any) -> None:
 @worker_shutting_down.connect
 def _stop(**_: Any) -> None:
     _watched.stop()
-
-
-@worker_shutdown.connect
-def _clear(**_: Any) -> None:
-    _watched.clear()
