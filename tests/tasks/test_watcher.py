@@ -132,8 +132,10 @@ def test_what_was_cancelled_is_stopped_and_what_came_with_it_goes_back(
     """Whether or not it would have been too long as well."""
     watcher = parent.with_limit(limit)
     vain, other = parent.queue(asked(1)), parent.queue(asked(2))
-    claim, with_it = parent.claim(vain, message="both"), parent.claim(other, message="both")
-    elsewhere = parent.claim(parent.queue(asked(3)), message="of another process")
+    claim, with_it = parent.claim(vain), parent.claim(other)
+    elsewhere = parent.claim(parent.queue(asked(3)))
+    with parent.database.begin() as session:
+        session.get_one(Part, with_it.part_id).owner = claim.owner
     parent.progress.begin(claim)
     parent.progress.enter("spectrum")
     with parent.database.begin() as session:

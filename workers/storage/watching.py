@@ -88,15 +88,15 @@ def store_step(session: Session, job_id: str, step: str) -> None:
     session.execute(running.values(step=step, revision=Job.revision + 1))
 
 
-def release_message(session: Session, part_id: str, *, now: float) -> list[Part]:
-    """Give back what a process that was killed had claimed by the same message as a part.
+def release_owned(session: Session, owner: str, *, now: float) -> list[Part]:
+    """Give back whatever else a process had claimed that was killed because of one part.
 
     Parameters
     ----------
     session : Session
         An open transaction.
-    part_id : str
-        The part because of which it was killed; that one has ended.
+    owner : str
+        What its claim drew; the part because of which it was killed has ended.
     now : float
         Seconds since 1970.
 
@@ -105,10 +105,7 @@ def release_message(session: Session, part_id: str, *, now: float) -> list[Part]
     list of Part
         To be sent after the commit. The attempt does not count: it was not theirs to fail.
     """
-    message = session.scalar(select(Part.message).where(Part.id == part_id))
-    if message is None:
-        return []
-    held = update(Part).where(Part.message == message, Part.state == "running", Part.id != part_id)
+    held = update(Part).where(Part.owner == owner, Part.state == "running")
     values = {"state": "queued", "owner": None, "lease_until": None, "sent_at": now}
     released = held.values(**values, attempts=Part.attempts - 1).returning(Part)
     return list(session.scalars(released))

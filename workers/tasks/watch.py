@@ -26,7 +26,7 @@ from workers.pipeline.workbench import Workbench
 from workers.settings import Settings
 from workers.storage.blobs import BlobStore
 from workers.storage.database import Database
-from workers.storage.watching import claims_standing, is_last_open, release_message, store_step
+from workers.storage.watching import claims_standing, is_last_open, release_owned, store_step
 from workers.tasks.app import app
 from workers.tasks.dispatch import Dispatcher
 from workers.tasks.notes import FOLDER_VARIABLE, Note, Notes
@@ -105,12 +105,12 @@ class Watcher(threading.Thread):
         Whatever else it had claimed goes back to the queue at once.
         """
         now = self._notes.read(process)
-        if now is None or now.owner != note.owner:
+        if now is None or (now.part_id, now.owner) != (note.part_id, note.owner):
             return
         self._kill(process)
         self._notes.remove(process)
         with self._bench.database.begin() as session:
-            released = release_message(session, note.part_id, now=time.time())
+            released = release_owned(session, note.owner, now=time.time())
         self._bench.send(released)
         log.info("part stopped", part_id=note.part_id, step=note.step, reason=reason)
 
