@@ -10,6 +10,7 @@ from workers.pipeline.activation_plan import plan_activation
 from workers.pipeline.outcome import Outcome
 from workers.pipeline.part_kinds import query_part
 from workers.pipeline.progress import Progress
+from workers.pipeline.verbs import watched
 from workers.pipeline.work import run_part
 from workers.pipeline.workbench import Workbench
 from workers.settings import Settings
@@ -96,9 +97,10 @@ def test_work_that_fails_has_ended_too(
         bench.progress.enter("reading")
         raise error
 
+    verbs = {"ingest": watched(fail)}
     if isinstance(error, Exception):
-        run_queued(bench, verbs={"ingest": fail})
+        run_queued(bench, verbs=verbs)
     else:
         with pytest.raises(type(error)):
-            run_queued(bench, verbs={"ingest": fail})
+            run_queued(bench, verbs=verbs)
     assert heard.told == ["begin", "reading", "end, running"]

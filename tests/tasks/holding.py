@@ -9,7 +9,7 @@ from collections.abc import MutableMapping
 from typing import cast
 
 from workers.pipeline.outcome import Outcome, Verb
-from workers.pipeline.verbs import VERBS
+from workers.pipeline.verbs import VERBS, watched
 from workers.pipeline.workbench import Workbench
 from workers.storage.blobs import mesh_key
 from workers.storage.models import Shape
@@ -40,4 +40,4 @@ def _holding(verb: Verb) -> Verb:
 
 
 for _kind in ("query", "ingest"):
-    cast(MutableMapping[str, Verb], VERBS)[_kind] = _holding(VERBS[_kind])
+    cast(MutableMapping[str, Verb], VERBS)[_kind] = watched(_holding(VERBS[_kind]))

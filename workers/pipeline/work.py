@@ -8,7 +8,7 @@ from sqlalchemy import select
 
 from workers.errors import ProteusError
 from workers.pipeline.commit import commit, commit_failure
-from workers.pipeline.outcome import Outcome, Verb
+from workers.pipeline.outcome import Verb
 from workers.pipeline.verbs import VERBS
 from workers.pipeline.workbench import Workbench
 from workers.settings import Settings
@@ -80,7 +80,7 @@ def run_claim(bench: Workbench, claim: Claim, *, verbs: Mapping[str, Verb] = VER
         detail = f"its computation ended {claim.attempts - 1} times without a result"
         return _fail(bench, claim, "computation-lost", detail)
     try:
-        commit(bench, claim, _compute(bench, claim, verbs[claim.kind]))
+        commit(bench, claim, verbs[claim.kind](bench, claim))
     except LeaseLostError as error:
         log.warning("lease lost", reason=str(error))
         return "lost"
@@ -129,15 +129,6 @@ def run_pending(
         for part_id in queued:
             run_part(bench, part_id, message=f"in-process-{part_id}", verbs=verbs)
             count += 1
-
-
-def _compute(bench: Workbench, claim: Claim, verb: Verb) -> Outcome:
-    """Outcome of a part; it can be stopped up to here, and not while it is stored."""
-    bench.progress.begin(claim)
-    try:
-        return verb(bench, claim)
-    finally:
-        bench.progress.end()
 
 
 def _retry(bench: Workbench, claim: Claim, error: Exception) -> str:
