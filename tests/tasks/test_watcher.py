@@ -1,6 +1,7 @@
 """What a worker's parent makes of its processes' notes, on both databases, without a worker."""
 
 import os
+import shutil
 import time
 from collections.abc import Sequence
 from dataclasses import replace
@@ -33,7 +34,8 @@ class Parent:
         self.sent: list[str] = []
         self.killed: list[int] = []
         self.notes = Notes(folder)
-        self.progress = NotedProgress(self.notes)
+        self.writer = self.notes.writer(HERE)
+        self.progress = NotedProgress(self.writer)
         self._bench = Workbench(database, blobs, settings, self._send)
         self.watcher = self.with_limit(settings.shape_seconds)
 
@@ -73,7 +75,7 @@ class Parent:
         """Let this process have begun its mesh earlier."""
         note = self.notes.read(HERE)
         assert note is not None
-        self.notes.write(HERE, replace(note, since=note.since - seconds))
+        self.writer.write(replace(note, since=note.since - seconds))
 
 
 @pytest.fixture
@@ -251,24 +253,47 @@ def test_the_last_of_several_shapes_that_fails_ends_its_job(parent: Parent) -> N
 
 
 def test_a_folder_that_was_tidied_away_is_made_again(parent: Parent, tmp_path: Path) -> None:
-    (tmp_path / "notes").rmdir()
-    job_id = parent.queue(asked())
-    parent.progress.begin(parent.claim(job_id))
-    parent.watcher.look()
+    claim = parent.claim(parent.queue(asked(1)))
+    parent.progress.begin(claim)
     parent.progress.enter("reading")
+    shutil.rmtree(tmp_path / "notes")
     parent.watcher.look()
-    assert parent.job(job_id).step == "reading"
+    parent.progress.enter("spectrum")
+    parent.watcher.look()
+    assert parent.job(claim.job_id).step == "spectrum"
     parent.progress.end()
-    parent.progress.begin(parent.claim(parent.queue(asked())))
     assert parent.notes.read_all() == {}
 
 
+def test_a_note_that_is_being_written_is_read_later(parent: Parent, tmp_path: Path) -> None:
+    claim = parent.claim(parent.queue(asked()))
+    parent.progress.begin(claim)
+    parent.progress.enter("reading")
+    (path,) = (tmp_path / "notes").iterdir()
+    whole = path.read_text()
+    path.write_text(whole[:100])
+    parent.watcher.look()
+    assert (parent.job(claim.job_id).step, parent.killed) == (None, [])
+    path.write_text(whole)
+    parent.watcher.look()
+    assert parent.job(claim.job_id).step == "reading"
+
+
+def test_a_long_name_leaves_nothing_behind_a_short_one(parent: Parent) -> None:
+    parent.progress.begin(parent.claim(parent.queue(asked())), "shape" * 20)
+    parent.progress.enter("reading")
+    parent.progress.begin(parent.claim(parent.queue(asked())))
+    parent.progress.enter("reading")
+    note = parent.notes.read(HERE)
+    assert note is not None
+    assert note.shape_id is None
+
+
 def test_a_disk_that_is_full_stops_no_work(parent: Parent, monkeypatch: pytest.MonkeyPatch) -> None:
-    def refuse(_process: int, *_: object) -> None:
+    def refuse(_note: object) -> None:
         raise OSError("no space left on device")
 
-    for name in ("write", "remove"):
-        monkeypatch.setattr(parent.notes, name, refuse)
+    monkeypatch.setattr(parent.writer, "write", refuse)
     parent.progress.begin(parent.claim(parent.queue(asked())))
     parent.progress.enter("reading")
     parent.progress.end()

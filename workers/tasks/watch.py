@@ -79,7 +79,7 @@ class Watcher(threading.Thread):
             standing = claims_standing(session, owners)
         for process, note in notes.items():
             if note.part_id not in standing:
-                self._stop_process(process, note, reason="its job was cancelled")
+                self._stop_process(process, note, reason="cancelled, or taken over")
             elif self._is_overtime(note) and self._fail(note):
                 self._stop_process(process, note, reason="it took too long")
             else:
