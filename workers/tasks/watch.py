@@ -143,7 +143,15 @@ class WatchedPool:
         atexit.register(shutil.rmtree, self._folder, ignore_errors=True)
 
     def start(self, pool: Any, hub: Any) -> None:
-        """Begin to watch the processes of a pool, which lives in the parent's event loop."""
+        """Begin to watch the processes of a pool.
+
+        Parameters
+        ----------
+        pool : celery.concurrency.prefork.TaskPool
+            Of this worker.
+        hub : kombu.asynchronous.Hub or None
+            The event loop of the parent, in which the pool lives.
+        """
         if self._folder is None:
             return
         settings: Settings = app.settings
