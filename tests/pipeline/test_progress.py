@@ -1,15 +1,23 @@
 """Verbs say what they are at, and that they have ended before anything is stored."""
 
+from collections.abc import Mapping
 from hashlib import sha256
+from typing import NoReturn
 
 import pytest
 from sqlalchemy import select
 
+from tests.pipeline.evaluations import Zoo
+from tests.pipeline.trainings import CREATURES, begin_training, pairs_for, variants_for
 from tests.pipeline.uploads import Upload, potato
+from workers.errors import SpectrumError
 from workers.pipeline.activation_plan import plan_activation
 from workers.pipeline.outcome import Outcome
 from workers.pipeline.part_kinds import query_part
-from workers.pipeline.progress import Progress
+from workers.pipeline.progress import LEARNING, MESH_STEPS, TRANSFORMING, Progress
+from workers.pipeline.training.fit_kernel import fit_kernel
+from workers.pipeline.training.pair import compute_pair
+from workers.pipeline.training.variant import compute_variant
 from workers.pipeline.verbs import watched
 from workers.pipeline.work import run_part
 from workers.pipeline.workbench import Workbench
@@ -104,3 +112,34 @@ def test_work_that_fails_has_ended_too(
         with pytest.raises(type(error)):
             run_queued(bench, verbs=verbs)
     assert heard.told == ["begin", "reading", "end, running"]
+
+
+def test_an_evaluation_says_that_it_searches_and_measures(
+    database: Database, blobs: BlobStore, settings: Settings, heard: Heard, park: Zoo
+) -> None:
+    bench = Workbench(database, blobs, settings, lambda _: None, heard)
+    _, job = park.ask("heat")
+    while queued := park.queued(job):
+        for part, _ in queued:
+            run_part(bench, part, message="m", verbs=park.verbs)
+    assert {"searching", "measuring"} <= set(heard.told)
+    assert park.job(job).state == "succeeded"
+
+
+def test_a_training_says_that_it_transforms_and_learns(bench: Workbench, heard: Heard) -> None:
+    """Its parts are stopped when it is cancelled; nothing limits their time but the task's."""
+
+    def refuse(_bench: Workbench, _example: object) -> NoReturn:
+        raise SpectrumError("not now")
+
+    def claim(kind: str, payload: Mapping[str, object]) -> Claim:
+        return Claim("p", job_id, kind, payload, None, "owner", 1)
+
+    job_id = begin_training(bench, "calm")
+    pair, variant = pairs_for(bench)[0], variants_for(bench, CREATURES)[0]
+    compute_pair(bench, claim("pair", pair.to_payload()), measure=refuse)
+    compute_variant(bench, claim("variant", variant.to_payload()), compute=refuse)
+    assert heard.told == [TRANSFORMING, TRANSFORMING]
+    fit_kernel(bench, claim("fit", {"model": "calm"}))
+    assert heard.told[2:] == [LEARNING]
+    assert not MESH_STEPS & set(heard.told)
