@@ -45,7 +45,7 @@ def test_a_value_that_makes_no_sense_is_named(
 
 def test_a_mesh_has_less_time_than_a_task(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("PROTEUS_TASK_SECONDS", "60")
-    with pytest.raises(SettingsError, match="PROTEUS_SHAPE_SECONDS.*PROTEUS_TASK_SECONDS"):
+    with pytest.raises(SettingsError, match=r"PROTEUS_SHAPE_SECONDS.*PROTEUS_TASK_SECONDS"):
         load_settings()
     monkeypatch.setenv("PROTEUS_SHAPE_SECONDS", "59.5")
     assert load_settings().shape_seconds == 59.5
