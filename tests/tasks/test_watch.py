@@ -10,7 +10,6 @@ from sqlalchemy import select
 
 from tests.pipeline.uploads import potato
 from tests.servers import valkey_server
-from tests.tasks.holding import HOLD
 from tests.tasks.test_delivery import Fleet, make_fleet
 from workers.pipeline.part_kinds import query_part
 from workers.storage.blobs import mesh_key
@@ -19,7 +18,8 @@ from workers.storage.models import Job, Part
 from workers.storage.shapes import get_shapes
 
 pytestmark = [pytest.mark.server, pytest.mark.slow]
-HOLDING = ("-I", "tests.tasks.holding")
+HOLDING = ("-I", "tests.tasks.holding")  # in workers alone: it changes what verbs do
+HOLD = b"hold "
 
 
 @pytest.fixture
