@@ -5,6 +5,14 @@ from collections.abc import Iterator
 
 from proteus.client import Client, Document, json_object, retry_after
 
+STEPS = {
+    "reading": "reading the mesh",
+    "simplifying": "simplifying the mesh",
+    "spectrum": "computing its spectrum",
+    "describing": "describing it",
+}
+"""What is done with a mesh, in words; other steps are named as they are."""
+
 ENDED = frozenset({"succeeded", "failed", "cancelled"})
 SHORTEST_PAUSE_SECONDS = 0.1
 FIRST_PAUSE_SECONDS = 0.3
@@ -52,6 +60,12 @@ class JobWatch:
         while not self.ended:
             time.sleep(self.pause_seconds)
             yield self.poll()
+
+
+def step_of(job: Document) -> str:
+    """Return what a job is at, in words; empty where that is not known."""
+    step = str(job.get("step") or "")  # a service of an earlier version tells none
+    return STEPS.get(step, step)
 
 
 def failure_of(job: Document) -> str:

@@ -30,6 +30,7 @@ STATUS: Mapping[type[errors.ProteusError], int] = {
     errors.InvalidRequestError: 422,
     errors.KernelDomainError: 422,
     errors.SpectrumError: 422,
+    errors.TimeLimitError: 422,
     errors.NotFoundError: 404,
     errors.ConflictError: 409,
     errors.ProteusError: 500,

@@ -30,6 +30,8 @@ def test_nothing_is_documented_that_is_not_there() -> None:
         ("PROTEUS_DATABASE_URL", "mysql://localhost/x"),
         ("PROTEUS_BROKER_URL", "amqp://localhost"),
         ("PROTEUS_MAX_ATTEMPTS", "0"),
+        ("PROTEUS_SHAPE_SECONDS", "0"),
+        ("PROTEUS_SHAPE_SECONDS", "900"),
         ("PROTEUS_LOG_LEVEL", "loud"),
     ],
 )
@@ -39,6 +41,14 @@ def test_a_value_that_makes_no_sense_is_named(
     monkeypatch.setenv(variable, value)
     with pytest.raises(SettingsError, match=variable):
         load_settings()
+
+
+def test_a_mesh_has_less_time_than_a_task(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("PROTEUS_TASK_SECONDS", "60")
+    with pytest.raises(SettingsError, match=r"PROTEUS_SHAPE_SECONDS.*PROTEUS_TASK_SECONDS"):
+        load_settings()
+    monkeypatch.setenv("PROTEUS_SHAPE_SECONDS", "59.5")
+    assert load_settings().shape_seconds == 59.5
 
 
 def test_an_unknown_variable_refuses_to_start() -> None:

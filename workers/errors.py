@@ -105,6 +105,10 @@ class SpectrumError(ProteusError):
     """The eigenpairs could not be computed, or not be certified."""
 
 
+class TimeLimitError(ProteusError):
+    """The work on one mesh took longer than the settings allow."""
+
+
 class FailedWorkError(ProteusError):
     """Work that ended earlier without a result; its kind is that of the first failure."""
 

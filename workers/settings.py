@@ -9,10 +9,11 @@ import os
 import tempfile
 from collections.abc import Mapping
 from functools import cached_property
+from math import inf
 from pathlib import Path
 from typing import Literal
 
-from pydantic import Field, ValidationError, field_validator
+from pydantic import Field, ValidationError, ValidationInfo, field_validator
 from pydantic_settings import BaseSettings, SettingsConfigDict
 
 PREFIX = "PROTEUS_"
@@ -87,6 +88,12 @@ class Settings(BaseSettings):
     sweep_seconds: float = Field(5.0, gt=0, description="pause between two rounds of the sweeper")
     resend_seconds: float = Field(10.0, gt=0, description="age at which an unheard part is re-sent")
     task_seconds: int = Field(900, ge=1, description="hard limit of one task; it is then killed")
+    shape_seconds: float = Field(
+        120.0,
+        gt=0,
+        validate_default=True,
+        description="seconds that the work on one mesh may take; it then fails for that",
+    )
     max_attempts: int = Field(3, ge=1, description="claims of one part before it counts as failed")
 
     prune_hours: float = Field(
@@ -116,6 +123,13 @@ class Settings(BaseSettings):
     )
     log_level: Literal["debug", "info", "warning", "error"] = Field("info", description="verbosity")
     log_format: Literal["auto", "console", "json"] = Field("auto", description="form of log lines")
+
+    @field_validator("shape_seconds")
+    @classmethod
+    def _before_the_task(cls, seconds: float, info: ValidationInfo) -> float:
+        if seconds >= info.data.get("task_seconds", inf):
+            raise ValueError("expected less than PROTEUS_TASK_SECONDS")
+        return seconds
 
     @field_validator("database_url")
     @classmethod

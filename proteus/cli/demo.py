@@ -119,7 +119,7 @@ def _show(client: Client, output: Output, settings: Settings) -> list[Answer]:
 def _ask(client: Client, output: Output, query: "DemoMesh", path: Path) -> Answer:
     """Search with one deformed copy, and show the ranked answer."""
     options = {"limit": MATCHES}
-    result = query_by_mesh(client, COLLECTION, path.name, path.read_bytes(), options)
+    result = query_by_mesh(client, output, COLLECTION, path.name, path.read_bytes(), options)
     answer = Answer(query.creature, query.deformation, path, result)
     if not output.as_json:
         title = f"\n[bold]{escape(answer.creature)}[/] {escape(answer.deformation)}"

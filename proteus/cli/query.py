@@ -2,7 +2,6 @@
 
 import json
 import re
-import time
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Annotated, Any
@@ -14,12 +13,11 @@ from rich.table import Table
 from proteus.cli.connection import Session, connected
 from proteus.client import Client, Document, json_object
 from proteus.files import content_with_needs
-from proteus.jobs import JobWatch
-from proteus.terminal.output import CommandError
+from proteus.terminal.output import CommandError, Output
 from proteus.terminal.tables import cell, make_table
-from proteus.terminal.waiting import PATIENCE_SECONDS, require_success
+from proteus.terminal.waiting import PATIENCE_SECONDS, require_success, wait_for_job
 
-WAIT_SECONDS = 30
+WAIT_SECONDS = 2  # for an answer at once; then there is a bar that says what is done
 TEXT_FIELDS = frozenset({"label", "name", "path", "transformation"})
 BOUNDS = {">=": "gte", "<=": "lte", ">": "gt", "<": "lt"}
 _CONDITION = re.compile(
@@ -75,7 +73,9 @@ def query(
     options |= {"filter": wanted} if wanted else {}
     if mesh is not None:
         content = content_with_needs(mesh)
-        result = query_by_mesh(session.client, collection, mesh.name, content, options)
+        result = query_by_mesh(
+            session.client, session.output, collection, mesh.name, content, options
+        )
     else:
         body = {**options, "shape_id": shape, "include_self": include_self}
         path = f"/v1/collections/{collection}/query"
@@ -84,12 +84,19 @@ def query(
 
 
 def query_by_mesh(
-    client: Client, collection: str, name: str, content: bytes, options: Mapping[str, Any]
+    client: Client,
+    output: Output,
+    collection: str,
+    name: str,
+    content: bytes,
+    options: Mapping[str, Any],
 ) -> Document:
     """Return the QueryResult of a mesh, waiting for its computation as long as it takes.
 
     Parameters
     ----------
+    output : Output
+        Shows what is done meanwhile.
     name, content : str, bytes
         The mesh file.
     options : mapping
@@ -110,11 +117,7 @@ def query_by_mesh(
     if answer.status_code != 202:
         return json_object(answer)
     accepted = json_object(answer)
-    watch = JobWatch(client, accepted["job"])
-    while not watch.ended:
-        time.sleep(watch.pause_seconds)
-        watch.poll()
-    require_success(watch.job)
+    require_success(wait_for_job(client, output, accepted["job"], title=name))
     return client.get(f"/v1/queries/{accepted['query_id']}")
 
 

@@ -3,7 +3,7 @@
 from rich.markup import escape
 
 from proteus.client import Client, Document
-from proteus.jobs import JobWatch, failure_of
+from proteus.jobs import JobWatch, failure_of, step_of
 from proteus.terminal.output import CommandError, Output
 
 PATIENCE_SECONDS = 120.0
@@ -11,7 +11,7 @@ PATIENCE_SECONDS = 120.0
 
 
 def wait_for_job(client: Client, output: Output, job: Document, *, title: str) -> Document:
-    """Return the job once it has ended, with a progress bar meanwhile."""
+    """Return the job once it has ended, with a progress bar meanwhile that names its step."""
     client.patience_seconds = max(client.patience_seconds, PATIENCE_SECONDS)
     watch = JobWatch(client, job)
     progress = job["progress"]
@@ -19,7 +19,9 @@ def wait_for_job(client: Client, output: Output, job: Document, *, title: str) -
         task = bar.add_task(escape(title), total=progress["total"] or None)
         for state in watch.changes():
             done, total = state["progress"]["done"], state["progress"]["total"]
-            bar.update(task, completed=done, total=total or None)
+            step = f": {step_of(state)}" if step_of(state) else ""
+            shown = escape(f"{title}{step}")
+            bar.update(task, completed=done, total=total or None, description=shown)
     return watch.job
 
 

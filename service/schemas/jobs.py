@@ -13,14 +13,16 @@ from workers.storage.models import Job
 JobKind = Literal["ingest", "query", "train", "describe", "evaluate", "prune"]
 JobState = Literal["queued", "running", "succeeded", "failed", "cancelled"]
 COPIED = (
-    *("id", "kind", "state", "errors", "skipped", "skipped_count", "attempts", "collection"),
-    *("model", "result"),
+    *("id", "kind", "state", "step", "errors", "skipped", "skipped_count", "attempts"),
+    *("collection", "model", "result", "seconds_left"),
 )
 JOB_EXAMPLE: JsonDict = {
     "id": "0199b1c4-7a11-7d2e-9c3b-5a6b7c8d9e0f",
     "kind": "ingest",
     "state": "running",
-    "progress": {"done": 3, "total": 12, "unit": "shapes"},
+    "step": None,
+    "seconds_left": 14.5,
+    "progress": {"done": 8, "total": 12, "unit": "shapes"},
     "errors": [
         {
             "item": "table.obj",
@@ -72,6 +74,15 @@ class JobAnswer(Answer):
     kind: JobKind
     state: JobState
     progress: Progress
+    step: str | None = Field(
+        description="what is done now: `reading`, `simplifying`, `spectrum`, `describing` of a "
+        "mesh; `transforming`, `learning`, `searching`, `measuring`; null if the job does several "
+        "things at once, or has ended"
+    )
+    seconds_left: float | None = Field(
+        description="how long it will still take, as estimated when something was done last; null "
+        "where that cannot be told"
+    )
     errors: list[JobError] = Field(description="the first thousand")
     skipped: list[JobSkipped] = Field(
         description="files beside the meshes of an upload that were left alone; the first thousand"

@@ -1,5 +1,7 @@
 """Components count by their areas, smoothly, and are solved apart."""
 
+from collections.abc import Callable
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -118,10 +120,12 @@ def test_a_component_that_a_view_leaves_nothing_of_is_left_out(
 ) -> None:
     solve_connected = solution_module._solve_connected
 
-    def fail_for_small(preparation: Preparation, view: View) -> Solution:
+    def fail_for_small(
+        preparation: Preparation, view: View, enter: Callable[[str], None]
+    ) -> Solution:
         if preparation.under(View("plain", ())).mesh.area < 1.0:
             raise InvalidMeshError("too thin")
-        return solve_connected(preparation, view)
+        return solve_connected(preparation, view, enter)
 
     monkeypatch.setattr(solution_module, "_solve_connected", fail_for_small)
     body, speck = bumpy_sphere(2), translated(scaled(octahedron(), 0.2), (4, 0, 0))

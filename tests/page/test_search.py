@@ -1,6 +1,9 @@
 """Search in a browser: from a mesh that is dropped to the shape that it is."""
 
+import json
 import re
+from collections.abc import Callable
+from typing import Any
 
 import pytest
 from playwright.sync_api import Page, Route, expect
@@ -44,6 +47,11 @@ def drop(page: Page, running: Running, name: str) -> None:
     page.dispatch_event(".dropzone", "drop", {"dataTransfer": transfer})
 
 
+def answer_with(answer: dict[str, Any]) -> Callable[[Route], None]:
+    """What stands in for the service at some address."""
+    return lambda route: route.fulfill(**answer)
+
+
 def matches(page: Page) -> list[str]:
     """File names of the ranked cards, once the answer is that to the last question."""
     expect(page.locator(".answer[aria-busy=false]")).to_be_visible()
@@ -77,6 +85,40 @@ def test_a_dropped_mesh_finds_the_shape_that_it_is(running: Running, seen: Seen)
     drop(seen.page, running, "ask octopus.ply")
     assert matches(seen.page)[0] == "octopus-1.ply"
     assert "query=" in seen.page.url
+
+
+def test_a_query_says_what_is_done_and_can_be_cancelled(running: Running, seen: Seen) -> None:
+    page = seen.page
+    job = {
+        **{"id": "held", "kind": "query", "state": "running", "step": "simplifying"},
+        **{"seconds_left": None},
+        **{"progress": {"done": 0, "total": 1, "unit": "meshes"}, "errors": []},
+        **{"skipped": [], "skipped_count": 0, "attempts": 1, "collection": "zoo", "model": "heat"},
+        **{"result": None, "created_at": "2026-03-01T09:30:00Z", "started_at": None},
+        "finished_at": None,
+    }
+
+    def told(**changes: object) -> str:
+        return f"event: job\nid: 1\ndata: {json.dumps({**job, **changes})}\n\n"
+
+    answers: dict[str, dict[str, Any]] = {
+        "/v1/queries/": {"status": 202, "json": {"job": job, "query_id": "q"}},
+        "/v1/jobs/held/events": {
+            "content_type": "text/event-stream",
+            "body": told() + told(step="spectrum"),
+        },
+        "/v1/jobs/held$": {"json": {**job, "step": "spectrum"}},
+        "/v1/jobs/held/cancel": {"json": {**job, "state": "cancelled", "step": None}},
+    }
+    for path, answer in answers.items():
+        page.route(re.compile(path), answer_with(answer))
+    page.goto(f"{running.url}/#/search/zoo")
+    drop(page, running, "ask octopus.ply")
+    waiting = page.get_by_role("status").filter(has_text="Describing the mesh")
+    expect(waiting).to_contain_text("computing its spectrum")
+    with page.expect_request(re.compile("/v1/jobs/held/cancel")) as cancelled:
+        waiting.get_by_role("button", name=re.compile("^Cancel")).click()
+    assert cancelled.value.method == "POST"
 
 
 def test_a_link_to_an_answer_shows_it_again_and_back_leads_back(

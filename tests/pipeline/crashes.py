@@ -21,6 +21,7 @@ from workers.storage.models import Base, Collection, Descriptor, Job, Part, Shap
 from workers.storage.parts import parts_to_send
 
 PASSING = {"created_at", "started_at", "finished_at", "sent_at", "lease_until", "change"}
+PASSING |= {"seconds_left"}
 DRAWN = {"id", "job_id", "attempts", "revision", "message", "owner", "finale", "value", "shape_id"}
 
 

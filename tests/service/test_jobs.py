@@ -2,15 +2,21 @@
 
 import json
 import threading
+import time
 
 import pytest
+from sqlalchemy import select
 
 from service.api import jobs as jobs_api
 from service.waiting import read_job
-from tests.service.running import DIE, EGG, GEM, Api, Json
+from tests.meshes import bumpy_sphere
+from tests.service.running import DIE, EGG, GEM, Api, Json, off
+from workers.pipeline.overtime import fail_overtime
+from workers.pipeline.workbench import Workbench
 from workers.storage.database import Database
-from workers.storage.models import Job
+from workers.storage.models import Job, Part
 from workers.storage.parts import claim_part
+from workers.storage.watching import store_step
 
 
 @pytest.fixture
@@ -49,6 +55,39 @@ def test_a_job_tells_its_progress_and_when_to_ask_again(zoo: Api, job: Json) -> 
     assert found["progress"] == {"done": 2, "total": 2, "unit": "shapes"}
     assert [error["item"] for error in found["errors"]] == ["bad.off"]
     assert found["created_at"] <= found["started_at"] <= found["finished_at"]
+
+
+def test_a_job_says_what_is_done_now_and_its_watchers_hear_of_it(zoo: Api) -> None:
+    accepted = zoo.ask_mesh("zoo", off(bumpy_sphere(2, seed=9)), 202)
+    path = f"/v1/jobs/{accepted['job']['id']}"
+    assert accepted["job"]["step"] is None
+    with zoo.services.database.begin() as session:
+        part = session.scalars(select(Part.id).where(Part.job_id == accepted["job"]["id"])).one()
+        claim_part(session, part, message="m", now=time.time(), lease_seconds=30)
+    tag = {"If-None-Match": zoo.client.get(path).headers["ETag"]}
+    with zoo.services.database.begin() as session:
+        store_step(session, accepted["job"]["id"], "spectrum")
+    assert zoo.client.get(path, headers=tag).json()["step"] == "spectrum"
+    query = zoo.get(f"/v1/queries/{accepted['query_id']}", 202)
+    assert query["job"]["step"] == "spectrum"
+    assert zoo.post(f"{path}/cancel")["step"] is None
+
+
+def test_a_query_that_took_too_long_says_so(zoo: Api) -> None:
+    accepted = zoo.ask_mesh("zoo", off(bumpy_sphere(2, seed=10)), 202)
+    with zoo.services.database.begin() as session:
+        part = session.scalars(select(Part.id).where(Part.job_id == accepted["job"]["id"])).one()
+        claim = claim_part(session, part, message="m", now=time.time(), lease_seconds=30)
+    assert claim is not None
+    bench = Workbench(
+        zoo.services.database, zoo.services.blobs, zoo.settings, zoo.services.dispatcher.send
+    )
+    assert fail_overtime(bench, part, claim.owner, shape_id=None, step="spectrum")
+    assert not fail_overtime(bench, part, claim.owner, shape_id=None, step="spectrum")
+    problem = zoo.get(f"/v1/queries/{accepted['query_id']}", 422)
+    assert problem["type"] == "/problems/time-limit"
+    assert "'spectrum'" in problem["detail"]
+    assert "PROTEUS_SHAPE_SECONDS" in problem["detail"]
 
 
 def test_lists_are_filtered_and_begin_with_the_newest(zoo: Api, job: Json) -> None:

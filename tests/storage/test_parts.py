@@ -1,5 +1,6 @@
 """The laws of claiming, finishing and losing parts, on both databases."""
 
+import time
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
 
@@ -9,7 +10,14 @@ from sqlalchemy import select
 from workers.errors import ConflictError
 from workers.settings import LIGHT
 from workers.storage.database import Database
-from workers.storage.jobs import NewPart, cancel_job, create_job, get_job, retry_job
+from workers.storage.jobs import (
+    FEWEST_DONE,
+    NewPart,
+    cancel_job,
+    create_job,
+    get_job,
+    retry_job,
+)
 from workers.storage.models import Part
 from workers.storage.parts import (
     Claim,
@@ -123,6 +131,45 @@ def test_a_job_goes_on_past_a_bad_file_and_names_it(database: Database) -> None:
         assert get_job(session, job).errors == [
             {"item": "a.off", "type": "invalid-mesh", "detail": "no faces"}
         ]
+
+
+def test_a_job_estimates_what_is_left_from_what_it_did_since_it_was_begun(
+    database: Database,
+) -> None:
+    """Nothing is told of the first few, nor at the end; a retry begins anew."""
+    _, parts = make_job(database, FEWEST_DONE + 3)
+    begun = time.time() - 100.0
+    told = []
+    for part in parts:
+        held = claim(database, part, now=begun)
+        assert held is not None
+        finish(database, held)
+        with database.read() as session:
+            told.append(get_job(session, held.job_id).seconds_left)
+    assert told[: FEWEST_DONE - 1] == [None] * (FEWEST_DONE - 1)
+    estimates = [seconds for seconds in told if seconds is not None]
+    rates = [left / (FEWEST_DONE + number) for number, left in enumerate((3, 2, 1))]
+    assert estimates == pytest.approx([100.0 * rate for rate in rates], abs=5.0)  # a busy machine
+    assert told[-1] is None
+
+
+def test_what_was_done_before_counts_for_no_estimate(database: Database) -> None:
+    with database.begin() as session:
+        new = [NewPart("ingest", LIGHT, {})] * (FEWEST_DONE + 1)
+        job, rows = create_job(session, kind="ingest", unit="shapes", parts=new, done=100)
+        parts = [row.id for row in rows]
+    for part in parts[:-2]:
+        held = claim(database, part)
+        assert held is not None
+        finish(database, held)
+    with database.read() as session:
+        found = get_job(session, job.id)
+    assert (found.done, found.seconds_left) == (100 + FEWEST_DONE - 1, None)
+    with database.begin() as session:
+        cancel_job(session, job.id)
+    with database.begin() as session:
+        retried, _ = retry_job(session, job.id)
+        assert retried.done_before == retried.done == 100 + FEWEST_DONE - 1
 
 
 def test_a_job_of_which_everything_failed_has_failed_and_can_be_retried(

@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import IO, Any
 
 import pytest
 from sqlalchemy import func, select
@@ -49,22 +49,31 @@ class Fleet:
         self.dispatcher.send(parts)
 
     @contextmanager
-    def worker(self, *, processes: int = 1) -> Iterator[subprocess.Popen[bytes]]:
+    def worker(
+        self,
+        *options: str,
+        processes: int = 1,
+        log: IO[bytes] | None = None,
+        **values: str,
+    ) -> Iterator[subprocess.Popen[bytes]]:
         names = ("database_url", "broker_url", "blob_url", "queue_prefix")
-        values = {n: str(getattr(self.settings, n)) for n in names}
-        values |= {
+        values |= {n: str(getattr(self.settings, n)) for n in names}
+        values = {
             "data_dir": str(self.settings.data_path),
             "lease_seconds": "3",
             "sweep_seconds": "0.5",
             "resend_seconds": "1",
             "log_level": "warning",
+            **values,
         }
         environment = os.environ | {f"PROTEUS_{k.upper()}": v for k, v in values.items()}
         queues = ",".join(f"{self.settings.queue_prefix}.{q}" for q in ("light", "ingest"))
         command = [sys.executable, "-m", "celery", "-A", "workers.tasks.app", "worker"]
         command += ["-Q", queues, "--concurrency", str(processes), "--without-gossip"]
-        command += ["-n", f"{uuid.uuid4().hex}@test", "--without-mingle"]
-        process = subprocess.Popen(command, env=environment, start_new_session=True)
+        command += ["-n", f"{uuid.uuid4().hex}@test", "--without-mingle", *options]
+        process = subprocess.Popen(
+            command, env=environment, start_new_session=True, stdout=log, stderr=log
+        )
         try:
             yield process
         finally:

@@ -1,6 +1,6 @@
 """A working mesh with what is computed of it once: its spectrum, and points that stand for it."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
@@ -136,11 +136,14 @@ class Solver:
     ----------
     mesh : TriangleMesh
         Clean.
+    enter : callable, optional
+        Is told the name of each step before it begins: "simplifying" or "spectrum".
     """
 
-    def __init__(self, mesh: TriangleMesh) -> None:
+    def __init__(self, mesh: TriangleMesh, enter: Callable[[str], None] | None = None) -> None:
         """Nothing is done yet."""
         self._mesh = mesh
+        self._enter = enter or _tell_nobody
 
     @cached_property
     def _components(self) -> list[tuple[Component, Preparation]]:
@@ -162,13 +165,13 @@ class Solver:
             The same as if no other view had been solved before.
         """
         if len(self._components) == 1:
-            return _solve_connected(self._components[0][1], view)
+            return _solve_connected(self._components[0][1], view, self._enter)
         parts: list[Part] = []
         lost, error = 0.0, None
         for component, preparation in self._components:
             own = view.for_share(component.weight)
             try:
-                solution = _solve_connected(preparation, own)
+                solution = _solve_connected(preparation, own, self._enter)
             except (InvalidMeshError, SpectrumError) as caught:
                 lost, error = lost + component.weight, error or caught
             else:
@@ -213,9 +216,17 @@ def united(parts: Sequence[Part]) -> Solution:
     return Solution(mesh, spectrum, parts=tuple(parts))
 
 
-def _solve_connected(preparation: Preparation, view: View) -> Solution:
+def _tell_nobody(_step: str) -> None:
+    """Steps are of no interest."""
+
+
+def _solve_connected(
+    preparation: Preparation, view: View, enter: Callable[[str], None] = _tell_nobody
+) -> Solution:
     """Solution of one component; where it cannot be certified, of a coarser working mesh."""
+    enter("simplifying")
     working = preparation.under(view).mesh
+    enter("spectrum")
     for _ in range(MOST_COARSER):
         try:
             return Solution(working, compute_spectrum(working, n_eigenpairs=view.eigenpairs))

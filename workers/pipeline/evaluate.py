@@ -16,6 +16,7 @@ from workers.errors import BlobNotFoundError, CollectionNotFoundError, ConflictE
 from workers.pipeline.evaluation_plan import Frame, load_frame, store_frame
 from workers.pipeline.outcome import Outcome
 from workers.pipeline.part_kinds import QUERIES_A_PART, evaluate_part, query_ranges, rank_parts
+from workers.pipeline.progress import MEASURING
 from workers.pipeline.workbench import Workbench
 from workers.retrieval.evaluation import summarise
 from workers.retrieval.protocol import LeftOut
@@ -59,6 +60,7 @@ def evaluate(bench: Workbench, claim: Claim, *, queries_a_part: int = QUERIES_A_
         So many shapes are gone that no query is left.
     """
     evaluation_id, digest = claim.payload["evaluation_id"], claim.payload["frame"]
+    bench.progress.enter(MEASURING)
     with bench.database.read() as session:
         evaluation = get_evaluation(session, evaluation_id).row
         others = select(Part.state).where(Part.job_id == claim.job_id, Part.id != claim.part_id)

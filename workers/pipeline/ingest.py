@@ -10,6 +10,7 @@ from sqlalchemy.orm import Session
 from workers.errors import ProteusError
 from workers.geometry.topology import boundary_loops, count_surface_components
 from workers.pipeline.outcome import GoOn, Outcome
+from workers.pipeline.progress import READING
 from workers.pipeline.solve import Described, ReadMesh, describe_under_each, read_mesh
 from workers.pipeline.workbench import Workbench
 from workers.rendering.render import encode_png, render
@@ -66,13 +67,17 @@ def ingest(bench: Workbench, claim: Claim) -> Outcome:
         models = [] if shape is None else _models(session, shape.collection_id)
     if shape is None or not models:  # it was deleted while it waited
         return Outcome()
+    bench.progress.enter(READING)
     read = read_mesh(bench.blobs, shape.sha256, filename=shape.name, settings=bench.settings)
     store_cleaned(bench.blobs, shape.sha256, read.mesh)
     bench.blobs.put(thumbnail_key(shape.sha256), encode_png(render(read.mesh, up=read.up)))
     facts = _facts(read)
 
     def describe_further(before: Described, models: Sequence[Model]) -> Outcome:
-        more = describe_under_each(bench.blobs, shape.sha256, read.mesh, models)
+        more = describe_under_each(
+            bench.blobs, shape.sha256, read.mesh, models, enter=bench.progress.enter
+        )
+        bench.progress.end()
         found = Described({**before.vectors, **more.vectors}, {**before.errors, **more.errors})
         return Outcome(store=partial(_store, shape.id, facts, found, describe_further))
 

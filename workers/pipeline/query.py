@@ -5,6 +5,7 @@ from functools import partial
 from sqlalchemy.orm import Session
 
 from workers.pipeline.outcome import Outcome
+from workers.pipeline.progress import READING
 from workers.pipeline.solve import describe_mesh, read_mesh
 from workers.pipeline.workbench import Workbench
 from workers.storage.arrays import vector_to_bytes
@@ -38,11 +39,14 @@ def answer_query(bench: Workbench, claim: Claim) -> Outcome:
     sha256, name = claim.payload["sha256"], claim.payload["model"]
     with bench.database.read() as session:
         model = load_model(session, name)
+    bench.progress.enter(READING)
     read = read_mesh(
         bench.blobs, sha256, filename=claim.payload["filename"], settings=bench.settings
     )
     store_cleaned(bench.blobs, sha256, read.mesh)
-    vector = describe_mesh(bench.blobs, sha256, read.mesh, [model])[name]
+    vector = describe_mesh(bench.blobs, sha256, read.mesh, [model], enter=bench.progress.enter)[
+        name
+    ]
     return Outcome(store=partial(_store, sha256, name, vector_to_bytes(vector)))
 
 

@@ -8,6 +8,7 @@ from sqlalchemy.orm import Session
 from workers.geometry.arrays import Float32Array, FloatArray
 from workers.pipeline.evaluation_plan import load_frame
 from workers.pipeline.outcome import Outcome
+from workers.pipeline.progress import SEARCHING
 from workers.pipeline.workbench import Workbench
 from workers.retrieval.model import Model
 from workers.retrieval.protocol import Protocol
@@ -43,6 +44,7 @@ def rank(bench: Workbench, claim: Claim) -> Outcome:
         The model was deleted, or the frame cannot be read.
     """
     payload = claim.payload
+    bench.progress.enter(SEARCHING)
     protocol = load_frame(bench.blobs, payload["evaluation_id"], payload["frame"]).protocol
     with bench.database.read() as session:
         model = load_model(session, payload["model"])

@@ -10,6 +10,7 @@ from sqlalchemy.orm import Session
 from workers.errors import BlobNotFoundError, ProteusError
 from workers.geometry.arrays import Float32Array
 from workers.pipeline.outcome import Outcome
+from workers.pipeline.progress import DESCRIBING, READING
 from workers.pipeline.solve import describe_mesh, read_mesh
 from workers.pipeline.workbench import Workbench
 from workers.retrieval.model import Model, describe
@@ -48,8 +49,12 @@ def describe_stored(bench: Workbench, shape: Shape, model: Model) -> Float32Arra
     try:
         solutions = {v.name: load_solution(bench.blobs, shape.sha256, v) for v in model.views}
     except BlobNotFoundError:
+        bench.progress.enter(READING)
         read = read_mesh(bench.blobs, shape.sha256, filename=shape.name, settings=bench.settings)
-        return describe_mesh(bench.blobs, shape.sha256, read.mesh, [model])[model.name]
+        return describe_mesh(
+            bench.blobs, shape.sha256, read.mesh, [model], enter=bench.progress.enter
+        )[model.name]
+    bench.progress.enter(DESCRIBING)
     return describe(solutions, model)
 
 
@@ -87,6 +92,7 @@ def redescribe(
     vectors: dict[str, bytes] = {}
     failures: dict[str, Failure] = {}
     for shape in shapes:
+        bench.progress.begin(claim, shape.id)
         try:
             vectors[shape.id] = vector_to_bytes(describe_shape(bench, shape, model))
         except ProteusError as error:

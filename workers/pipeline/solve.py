@@ -1,6 +1,6 @@
 """From bytes to descriptors: parse, clean, prepare, solve, describe."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
@@ -16,6 +16,7 @@ from workers.geometry.formats import MeshLimits, ParsedMesh, parse
 from workers.geometry.mesh import TriangleMesh
 from workers.geometry.solution import Solution, Solver
 from workers.geometry.views import View
+from workers.pipeline.progress import DESCRIBING
 from workers.retrieval.model import Model, describe
 from workers.settings import Settings
 from workers.storage.blobs import BlobStore, mesh_key
@@ -151,8 +152,17 @@ def solve_view(
         return store_solution(blobs, sha256, view, found, cleaned=mesh)
 
 
+def _tell_nobody(_step: str) -> None:
+    """Steps are of no interest."""
+
+
 def describe_mesh(
-    blobs: BlobStore, sha256: str, mesh: TriangleMesh, models: Sequence[Model]
+    blobs: BlobStore,
+    sha256: str,
+    mesh: TriangleMesh,
+    models: Sequence[Model],
+    *,
+    enter: Callable[[str], None] = _tell_nobody,
 ) -> dict[str, Float32Array]:
     """Describe a cleaned mesh; a view is solved once for all models.
 
@@ -166,6 +176,8 @@ def describe_mesh(
         The cleaned mesh.
     models : sequence of Model
         Under which it is described.
+    enter : callable
+        Is told the name of each step before it begins.
 
     Returns
     -------
@@ -177,7 +189,7 @@ def describe_mesh(
     SpectrumError, KernelDomainError
         It cannot be described under one of them.
     """
-    described = describe_under_each(blobs, sha256, mesh, models)
+    described = describe_under_each(blobs, sha256, mesh, models, enter=enter)
     for error in described.errors.values():
         raise error
     return dict(described.vectors)
@@ -192,7 +204,12 @@ class Described:
 
 
 def describe_under_each(
-    blobs: BlobStore, sha256: str, mesh: TriangleMesh, models: Sequence[Model]
+    blobs: BlobStore,
+    sha256: str,
+    mesh: TriangleMesh,
+    models: Sequence[Model],
+    *,
+    enter: Callable[[str], None] = _tell_nobody,
 ) -> Described:
     """Describe a cleaned mesh under each model that it can be described under.
 
@@ -206,6 +223,8 @@ def describe_under_each(
         The cleaned mesh.
     models : sequence of Model
         Under which it is described.
+    enter : callable
+        Is told the name of each step before it begins.
 
     Returns
     -------
@@ -215,12 +234,13 @@ def describe_under_each(
     solutions: dict[str, Solution] = {}
     vectors: dict[str, Float32Array] = {}
     errors: dict[str, ProteusError] = {}
-    solver = Solver(mesh)
+    solver = Solver(mesh, enter)
     for model in models:
         try:
             for view in model.views:
                 if view.key not in solutions:
                     solutions[view.key] = solve_view(blobs, sha256, mesh, view, solver)
+            enter(DESCRIBING)
             own = {view.name: solutions[view.key] for view in model.views}
             vectors[model.name] = describe(own, model)
         except (KernelDomainError, SpectrumError) as error:

@@ -9,7 +9,7 @@ from collections.abc import Mapping
 from workers.pipeline.activate import activate
 from workers.pipeline.evaluate import evaluate
 from workers.pipeline.ingest import ingest
-from workers.pipeline.outcome import Verb
+from workers.pipeline.outcome import Outcome, Verb
 from workers.pipeline.prune import prune
 from workers.pipeline.query import answer_query
 from workers.pipeline.rank import rank
@@ -19,8 +19,35 @@ from workers.pipeline.training.fit_kernel import fit_kernel
 from workers.pipeline.training.pair import compute_pair
 from workers.pipeline.training.variant import compute_variant
 from workers.pipeline.unpack import unpack
+from workers.pipeline.workbench import Workbench
+from workers.storage.parts import Claim
 
-VERBS: Mapping[str, Verb] = {
+
+def watched(verb: Verb) -> Verb:
+    """Let a verb tell what it is at: it can be stopped until it returns, and not afterwards.
+
+    Parameters
+    ----------
+    verb : callable
+        Computes a part.
+
+    Returns
+    -------
+    callable
+        Does the same.
+    """
+
+    def do(bench: Workbench, claim: Claim) -> Outcome:
+        bench.progress.begin(claim)
+        try:
+            return verb(bench, claim)
+        finally:
+            bench.progress.end()
+
+    return do
+
+
+_ALL: Mapping[str, Verb] = {
     "ingest": ingest,
     "unpack": unpack,
     "query": answer_query,
@@ -34,3 +61,5 @@ VERBS: Mapping[str, Verb] = {
     "evaluate": evaluate,
     "prune": prune,
 }
+
+VERBS: Mapping[str, Verb] = {kind: watched(verb) for kind, verb in _ALL.items()}

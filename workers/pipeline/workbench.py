@@ -1,8 +1,9 @@
 """What every verb works with."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
+from workers.pipeline.progress import Progress
 from workers.settings import Settings
 from workers.storage.blobs import BlobStore
 from workers.storage.database import Database
@@ -11,9 +12,10 @@ from workers.storage.models import Part
 
 @dataclass(frozen=True)
 class Workbench:
-    """Rows, blobs, settings, and how to wake workers for parts that were committed."""
+    """Rows, blobs, settings, how to wake workers for parts, and who is told of each step."""
 
     database: Database
     blobs: BlobStore
     settings: Settings
     send: Callable[[Sequence[Part]], None]
+    progress: Progress = field(default_factory=Progress)

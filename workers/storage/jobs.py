@@ -19,6 +19,7 @@ from workers.storage.paging import Page, cut_page, decode_cursor
 OPEN = ("queued", "running")
 ENDED = ("succeeded", "failed", "cancelled")
 MAX_ERRORS = 1000
+FEWEST_DONE = 5  # of a job, before they say how long the others will take
 
 
 @dataclass(frozen=True)
@@ -122,6 +123,7 @@ def create_job(
         kind=kind,
         state="queued",
         done=done,
+        done_before=done,
         total=done,
         unit=unit,
         errors=[],
@@ -207,6 +209,27 @@ def end_if_all_ended(session: Session, job: Job) -> list[Part]:
     job.state = "failed" if all_failed or _failed_uncounted(session, job) else "succeeded"
     job.finished_at = time.time()
     return []
+
+
+def estimate_seconds_left(job: Job, *, now: float) -> float | None:
+    """How long a job will still take if it goes on as it did since it was begun.
+
+    Parameters
+    ----------
+    job : Job
+        Its row.
+    now : float
+        Seconds since 1970; something was done just now.
+
+    Returns
+    -------
+    float or None
+        None while too little was done to tell, and if nothing is left that is counted.
+    """
+    done, left = job.done - job.done_before, job.total - job.done
+    if job.started_at is None or done < FEWEST_DONE or left <= 0:
+        return None
+    return max(0.0, now - job.started_at) * left / done
 
 
 def _failed_uncounted(session: Session, job: Job) -> bool:
@@ -312,7 +335,7 @@ def cancel_job(session: Session, job_id: str) -> Job:
     )
     reason = {"type": "cancelled", "detail": "its job was cancelled before it was computed"}
     _set_shape_errors(session, cancelled, reason)
-    job.state = "cancelled"
+    job.state, job.step, job.seconds_left = "cancelled", None, None
     job.finished_at = time.time()
     job.revision += 1
     return job
@@ -350,7 +373,8 @@ def retry_job(session: Session, job_id: str) -> tuple[Job, list[Part]]:
         job.done -= part.weight if part.state == "failed" else 0
         part.state, part.attempts, part.sent_at = "queued", 0, time.time()
     _set_shape_errors(session, [part.shape_id for part in failed], None)
-    job.state, job.errors, job.failed = "queued", [], 0
+    job.state, job.errors, job.failed, job.done_before = "queued", [], 0, job.done
+    job.seconds_left = None
     job.started_at = job.finished_at = None
     job.revision += 1
     session.flush()

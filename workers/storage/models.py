@@ -84,7 +84,9 @@ class Job(Base):
     """Long work as its client sees it; the parts below it are what workers claim.
 
     ``skipped`` has the first of ``skipped_count`` files of an upload that are no meshes.
-    ``result`` is what the work found out, where that is stored nowhere else.
+    ``result`` is what the work found out, where that is stored nowhere else. ``step`` is what is
+    done now, where it is known of the whole job. ``seconds_left`` was estimated when something
+    was done last; ``done_before`` was done when the job was made or retried.
     """
 
     __tablename__ = "jobs"
@@ -101,6 +103,9 @@ class Job(Base):
     attempts: Mapped[int] = mapped_column(Integer)
     collection: Mapped[str | None] = mapped_column(String(63))
     model: Mapped[str | None] = mapped_column(String(63))
+    step: Mapped[str | None] = mapped_column(String(20))
+    seconds_left: Mapped[float | None] = mapped_column(Double)
+    done_before: Mapped[int] = mapped_column(Integer)
     finale: Mapped[Json | None] = mapped_column(JSON(none_as_null=True))
     result: Mapped[Json | None] = mapped_column(JSON(none_as_null=True))
     revision: Mapped[int] = mapped_column(Integer)

@@ -24,6 +24,7 @@ from workers.storage.jobs import (
     Skipped,
     add_parts,
     end_if_all_ended,
+    estimate_seconds_left,
     get_job,
     note_skipped,
     part_to_json,
@@ -233,6 +234,7 @@ def finish_part(
     )
     job.done += weight or 0
     job.failed += len(failed_items) + (0 if failure is None else weight or 0)
+    job.step, job.seconds_left = None, estimate_seconds_left(job, now=time.time())
     job.revision += 1
     named = [*failed_items, *([] if failure is None else [failure])]
     room = max(0, MAX_ERRORS - len(job.errors))
@@ -278,7 +280,7 @@ def release_part(session: Session, claim: Claim, *, now: float) -> None:
     LeaseLostError
         The claim stands no longer.
     """
-    hold_lease(session, claim)
+    hold_lease(session, claim).step = None
     session.execute(
         update(Part)
         .where(Part.id == claim.part_id)

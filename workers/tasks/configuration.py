@@ -28,7 +28,7 @@ def make_celery(settings: Settings) -> Celery:
     celery = Celery(
         "proteus",
         broker=settings.resolved_broker_url,
-        include=["workers.tasks.run", "workers.tasks.sweep", "workers.tasks.orphans"],
+        include=[f"workers.tasks.{name}" for name in ("run", "sweep", "watch", "orphans")],
     )
     queues: list[Any] = [Queue(settings.queue_name(queue)) for queue in QUEUES]  # type: ignore[no-untyped-call]
     celery.conf.update(
@@ -46,6 +46,7 @@ def make_celery(settings: Settings) -> Celery:
         worker_max_tasks_per_child=500,
         worker_max_memory_per_child=4_000_000,  # kB
         worker_pool_start_method="spawn",  # a fork would copy the locks of the keeper's thread
+        worker_proc_alive_timeout=60.0,  # a busy machine takes its time to import everything
         worker_hijack_root_logger=False,
         worker_redirect_stdouts=False,
         worker_soft_shutdown_timeout=2.0,

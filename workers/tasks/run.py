@@ -12,6 +12,7 @@ from workers.storage.blobs import BlobStore
 from workers.storage.database import Database
 from workers.tasks.app import app
 from workers.tasks.dispatch import Dispatcher
+from workers.tasks.notes import progress_of_this_process
 
 
 @cache
@@ -29,6 +30,7 @@ def workbench() -> Workbench:
         blobs=BlobStore(settings.resolved_blob_url),
         settings=settings,
         send=Dispatcher(settings, app).send,
+        progress=progress_of_this_process(),
     )
 
 

@@ -16,6 +16,7 @@ from workers.errors import (
     ModelNotReadyError,
 )
 from workers.pipeline.outcome import Outcome
+from workers.pipeline.progress import LEARNING
 from workers.pipeline.training.results import Arrays, load_result
 from workers.pipeline.workbench import Workbench
 from workers.storage.blobs import BlobStore
@@ -108,6 +109,7 @@ def fit_model(
         The model was deleted.
     """
     name, kind = claim.payload["model"], examples.kind
+    bench.progress.enter(LEARNING)
     with bench.database.read() as session:
         states = _states(session, claim.job_id, kind)
         if states.keys() & set(OPEN):

@@ -12,6 +12,7 @@ from workers.geometry.arrays import IntArray
 from workers.geometry.cleaning import clean
 from workers.geometry.mesh import TriangleMesh
 from workers.pipeline.outcome import Outcome
+from workers.pipeline.progress import TRANSFORMING
 from workers.pipeline.solve import solve_view
 from workers.pipeline.training.meshes import load_cleaned_mesh, load_mesh_in_file_order
 from workers.pipeline.training.results import Arrays, store_result
@@ -147,6 +148,7 @@ def compute_pair(bench: Workbench, claim: Claim, *, measure: MeasurePair = measu
         It fails for a reason that is not its own.
     """
     pair = Pair.from_payload(claim.payload)
+    bench.progress.enter(TRANSFORMING)
     return store_result(bench.blobs, pair, lambda: measure(bench, pair).to_arrays())
 
 

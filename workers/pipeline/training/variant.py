@@ -8,6 +8,7 @@ from workers.geometry.cleaning import clean
 from workers.geometry.mesh import TriangleMesh
 from workers.geometry.solution import Solver
 from workers.pipeline.outcome import Outcome
+from workers.pipeline.progress import TRANSFORMING
 from workers.pipeline.training.meshes import load_cleaned_mesh
 from workers.pipeline.training.results import store_result
 from workers.pipeline.workbench import Workbench
@@ -72,6 +73,7 @@ def compute_variant(
         It fails for a reason that is not its own.
     """
     variant = Variant.from_payload(claim.payload)
+    bench.progress.enter(TRANSFORMING)
     return store_result(bench.blobs, variant, lambda: {DESCRIPTOR: compute(bench, variant)})
 
 

@@ -683,6 +683,16 @@ export interface components {
             state: "queued" | "running" | "succeeded" | "failed" | "cancelled";
             progress: components["schemas"]["Progress"];
             /**
+             * Step
+             * @description what is done now: `reading`, `simplifying`, `spectrum`, `describing` of a mesh; `transforming`, `learning`, `searching`, `measuring`; null if the job does several things at once, or has ended
+             */
+            step: string | null;
+            /**
+             * Seconds Left
+             * @description how long it will still take, as estimated when something was done last; null where that cannot be told
+             */
+            seconds_left: number | null;
+            /**
              * Errors
              * @description the first thousand
              */

@@ -4,6 +4,7 @@ import type { ComponentChildren, JSX } from "preact";
 import { useEffect, useId, useRef, useState } from "preact/hooks";
 import { fetchBytes, hasKey, urlOf, type Problem } from "../api/client";
 import type { Job, Shape } from "../api/types";
+import { standOf } from "./steps";
 import { share } from "./words";
 
 /** A page's head: its title, a line below it, and what can be done on the right. */
@@ -61,12 +62,12 @@ export function Bar(props: { value: number | null; label: string }) {
 
 /** A job's bar with what it is at. */
 export function JobBar(props: { job: Job; label?: string }) {
-  const { done, total, unit } = props.job.progress;
+  const { done, total } = props.job.progress;
   const waits = props.job.state === "queued";
   return (
     <div class="jobbar">
       <Bar value={waits || total === 0 ? null : done / total} label={props.label ?? "progress"} />
-      <span class="quiet">{waits ? "waiting for a worker" : `${done} of ${total} ${unit}`}</span>
+      <span class="quiet">{standOf(props.job)}</span>
     </div>
   );
 }

@@ -52,6 +52,13 @@ export function duration(from: string, to: string | null, now = Date.now()): str
   return minutes < 60 ? `${minutes} min ${Math.round(seconds % 60)} s` : `${Math.floor(minutes / 60)} h ${minutes % 60} min`;
 }
 
+/** A time that was estimated: "about 40 s", "about 3 min", "about 2 h". */
+export function about(seconds: number): string {
+  if (seconds < 90) return `about ${Math.max(1, Math.round(seconds))} s`;
+  const minutes = seconds / 60;
+  return minutes < 90 ? `about ${Math.round(minutes)} min` : `about ${Math.round(minutes / 60)} h`;
+}
+
 /** "cat/cat-01.ply" of a stored name, without its folders. */
 export function fileName(name: string): string {
   return name.split("/").pop() ?? name;

@@ -18,7 +18,7 @@ export interface Narrowing {
 export const MOST_MATCHES = 100;
 
 /** Where a query that was sent is. */
-export type Stage = { at: "sending"; share: number } | { at: "waiting"; job: Job | null };
+export type Stage = { at: "sending"; share: number } | { at: "waiting"; job: Job | null } | { at: "searching" };
 
 /** Mesh files of this tab's queries, by the id of the query. */
 const files = new Map<string, File>();
@@ -76,6 +76,7 @@ export async function answerOf(
     const { job } = (await response.json()) as { job: Job };
     report({ at: "waiting", job });
     await watchJob(job.id, (newer) => report({ at: "waiting", job: newer }), signal);
+    report({ at: "searching" });
   }
 }
 

@@ -2,11 +2,13 @@
 
 import { useEffect, useRef, useState } from "preact/hooks";
 import { ask } from "../../api/client";
+import { hasEnded } from "../../api/jobs";
 import type { Collection, Page, QueryResult } from "../../api/types";
 import { change, go, linkTo, route } from "../../router";
 import { DemoButton } from "../../ui/demo";
 import { Bar, Empty, Field, Heading, JobBar, Trouble } from "../../ui/basics";
 import { asProblem, useLoad } from "../../ui/loading";
+import { JobButtons } from "../jobs/buttons";
 import { count } from "../../ui/words";
 import { answerOf, askWithMesh, askWithShape, meshOf, type Narrowing, type Stage, type Subject } from "./asking";
 import { Comparison } from "./comparison";
@@ -109,7 +111,7 @@ function Search(props: { collections: Collection[] }) {
         <CollectionChoice collections={props.collections} name={name} move={move} />
       </Heading>
       {subject === null && <Start collection={name} count={collection?.ready_count ?? 0} send={asking.send} isBusy={asking.isBusy} />}
-      {waits && <Waiting stage={stage} />}
+      {waits && <Waiting stage={stage} changed={setStage} />}
       <Trouble problem={asking.problem ?? found.problem} again={asking.problem ? undefined : found.again} />
       {subject !== null && found.value !== null && (
         <Answer {...found.value} isOlder={isBusy} narrowing={narrowing} narrow={narrow} send={asking.send} again={again} />
@@ -136,15 +138,26 @@ function CollectionChoice(props: { collections: Collection[]; name: string; move
   );
 }
 
-function Waiting(props: { stage: Stage | null }) {
+const TITLES: Record<Stage["at"], string> = {
+  sending: "Sending the mesh",
+  waiting: "Describing the mesh",
+  searching: "Searching",
+};
+
+function Waiting(props: { stage: Stage | null; changed: (stage: Stage) => void }) {
   const { stage } = props;
+  const at = stage?.at ?? "waiting";
+  const job = stage?.at === "waiting" ? stage.job : null;
   return (
     <div class="panel" role="status">
-      <h2>{stage?.at === "sending" ? "Sending the mesh" : "Describing the mesh"}</h2>
-      {stage?.at === "waiting" && stage.job ? (
-        <JobBar job={stage.job} label="describing the mesh" />
+      <h2>{TITLES[at]}</h2>
+      {job ? (
+        <>
+          <JobBar job={job} label="describing the mesh" />
+          {!hasEnded(job) && <JobButtons job={job} changed={(after) => props.changed({ at: "waiting", job: after })} />}
+        </>
       ) : (
-        <Bar value={stage?.at === "sending" ? stage.share : null} label="sending the mesh" />
+        <Bar value={stage?.at === "sending" ? stage.share : null} label={TITLES[at].toLowerCase()} />
       )}
     </div>
   );
