@@ -79,7 +79,9 @@ class ShapeAnswer(Answer):
     area: float | None = Field(description="in the file's unit, squared")
     n_components: int | None
     n_boundary_loops: int | None
-    repairs: list[str] = Field(description="what reading and cleaning did")
+    repairs: list[str] = Field(
+        description="what reading and cleaning did, and what was unusual in solving"
+    )
     found: list[str] = Field(description="what else the file holds and what is left alone")
     state: ShapeState
     error: ShapeError | None

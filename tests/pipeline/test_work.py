@@ -6,12 +6,16 @@ from collections.abc import Callable, Mapping
 from functools import partial
 from hashlib import sha256
 
+import pytest
 import structlog
 from sqlalchemy import select
 
+import workers.geometry.solution
 from tests.pipeline.uploads import Upload, potato
 from workers.errors import SpectrumError
 from workers.geometry.arrays import Float32Array
+from workers.geometry.mesh import TriangleMesh
+from workers.geometry.spectrum import Spectrum, compute_spectrum
 from workers.pipeline.activation_plan import plan_activation
 from workers.pipeline.outcome import Outcome, Verb
 from workers.pipeline.part_kinds import query_part, unpack_part
@@ -74,6 +78,23 @@ def test_an_upload_becomes_a_shape_that_is_described(
     digest = sha256(data).hexdigest()
     assert blobs.get(thumbnail_key(digest)).startswith(b"\x89PNG")
     assert blobs.exists(cleaned_key(digest))
+
+
+def test_a_shape_says_what_was_out_of_the_ordinary_in_solving_it(
+    database: Database, zoo: str, upload: Upload, work: Work, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def of_coarse_meshes_alone(mesh: TriangleMesh, *, n_eigenpairs: int) -> Spectrum:
+        if mesh.n_vertices > 2000:
+            raise SpectrumError("not certified")
+        return compute_spectrum(mesh, n_eigenpairs=n_eigenpairs)
+
+    monkeypatch.setattr(workers.geometry.solution, "compute_spectrum", of_coarse_meshes_alone)
+    expected = "closed view: solved with 1,"
+    for _ in range(2):  # the second one finds what the first one stored
+        _, (one,) = upload(zoo, potato(9))
+        work()
+        (found,) = shape(database, one).row.repairs
+        assert found.startswith(expected)
 
 
 def test_a_bad_file_fails_with_its_reason_and_the_rest_goes_on(

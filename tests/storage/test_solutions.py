@@ -1,5 +1,7 @@
 """Solutions as blobs: what is read back is what descriptors are made from, its sample included."""
 
+import re
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -9,8 +11,11 @@ from numpy.testing import assert_array_equal
 import workers.geometry.solution as solution_module
 from tests.meshes import bumpy_sphere, scaled, translated, union
 from workers.diffusion.kernels import CommuteTimeKernel
+from workers.errors import SpectrumError
+from workers.geometry.mesh import TriangleMesh
 from workers.geometry.sampling import SAMPLES, SurfaceSample, sample_surface
 from workers.geometry.solution import solve
+from workers.geometry.spectrum import Spectrum, compute_spectrum
 from workers.geometry.views import open_view
 from workers.retrieval.builtin import distance_model
 from workers.retrieval.model import describe
@@ -74,3 +79,43 @@ def test_a_solution_of_several_components_is_read_back_with_its_parts(tmp_path: 
         assert_array_equal(read.spectrum.eigenvectors, kept.spectrum.eigenvectors)
         assert_array_equal(read.sample().indices, kept.sample().indices)
     assert_array_equal(loaded.spectrum.eigenvalues, stored.spectrum.eigenvalues)
+
+
+def test_what_cannot_be_certified_is_solved_coarser_and_says_so(
+    store: BlobStore, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def of_coarse_meshes_alone(mesh: TriangleMesh, *, n_eigenpairs: int) -> Spectrum:
+        if mesh.n_vertices > 900:
+            raise SpectrumError("not certified")
+        return compute_spectrum(mesh, n_eigenpairs=n_eigenpairs)
+
+    monkeypatch.setattr(solution_module, "compute_spectrum", of_coarse_meshes_alone)
+    body = bumpy_sphere(4)
+    other = translated(bumpy_sphere(4, seed=2), (5.0, 0.0, 0.0))
+    for number, mesh in enumerate((body, union(body, other))):
+        found = solve(mesh, VIEW)
+        assert len(found.notes) == 1 + number
+        for note in found.notes:
+            assert re.fullmatch(
+                r"solved with [78]\d\d vertices instead of 1,5\d\d, whose eigenpairs could not be "
+                "certified",
+                note,
+            )
+        store_solution(store, f"{number}" * 64, VIEW, found, cleaned=mesh)
+        assert load_solution(store, f"{number}" * 64, VIEW).notes == found.notes
+
+
+def test_a_shape_fails_if_no_coarser_mesh_can_be_certified_either(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    tried = []
+
+    def never(mesh: TriangleMesh, *, n_eigenpairs: int) -> Spectrum:
+        tried.append(mesh.n_vertices)
+        raise SpectrumError(f"{n_eigenpairs} not certified")
+
+    monkeypatch.setattr(solution_module, "compute_spectrum", never)
+    with pytest.raises(SpectrumError, match="100 not certified"):
+        solve(bumpy_sphere(4), VIEW)
+    assert len(tried) == 4
+    assert all(finer > 1.6 * coarser for finer, coarser in pairwise(tried))

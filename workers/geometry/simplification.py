@@ -45,6 +45,9 @@ MOST_SPLIT = 0.25  # of the vertices asked for
 AGGRESSIVENESS = (7.0, 4.0)  # of the error threshold's growth: tried in this order
 LARGEST_VALENCE = 20_000  # the simplifier takes the square of it
 
+TAKEN = "taken all the same"
+"""Words of a note on a level that is not sound, where there was no better one."""
+
 ONE_AT_A_TIME = threading.Lock()  # fast_simplification keeps its mesh in global variables
 
 
@@ -276,7 +279,7 @@ class _Attempt:
 
     def notes(self, *, taken: bool = False) -> list[str]:
         """What was wrong, in sentences."""
-        end = ", taken all the same" if taken else ""
+        end = f", {TAKEN}" if taken else ""
         at = f"at {self.coarse.mesh.n_vertices:,} vertices"
         return [f"{at}: {fault}{end}" for fault in self.hard + self.soft]
 
@@ -308,7 +311,7 @@ def _first_sound(
     if attempt is None or few or attempt.coarse.mesh.n_faces == 0:
         kept = [f"kept all {mesh.n_vertices:,} vertices"] if mesh is original else []
         return mesh, (*notes, *kept)
-    return attempt.coarse.mesh, (*notes, "taken all the same: the mesh itself is too large")
+    return attempt.coarse.mesh, (*notes, f"{TAKEN}: the mesh itself is too large")
 
 
 def _best_attempt(

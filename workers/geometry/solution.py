@@ -12,7 +12,7 @@ from workers.geometry.components import Component, described_components
 from workers.geometry.mesh import TriangleMesh
 from workers.geometry.preparation import Preparation
 from workers.geometry.sampling import SAMPLES, SurfaceSample, sample_surface
-from workers.geometry.simplification import simplify
+from workers.geometry.simplification import TAKEN, simplify
 from workers.geometry.spectrum import Spectrum, compute_spectrum
 from workers.geometry.views import View
 
@@ -56,12 +56,15 @@ class Solution:
         What `sample_surface` gave, by the number of points, as far as it was asked for.
     parts : tuple of Part
         The components that are described, where there are several; none of a connected surface.
+    notes : tuple of str
+        What is out of the ordinary in how it was made.
     """
 
     mesh: TriangleMesh
     spectrum: Spectrum
     samples: Mapping[int, SurfaceSample] = field(default_factory=dict)
     parts: tuple[Part, ...] = ()
+    notes: tuple[str, ...] = ()
     _drawn: dict[int, SurfaceSample] = field(default_factory=dict, init=False, repr=False)
 
     def sample(self, count: int = SAMPLES) -> SurfaceSample:
@@ -213,7 +216,8 @@ def united(parts: Sequence[Part]) -> Solution:
         eigenvectors[rows, mine] = spectrum.eigenvectors[:, columns[chosen[mine]]]
     areas = np.concatenate([spectrum.areas for spectrum in spectra])
     spectrum = Spectrum(values[chosen], eigenvectors, areas, float(areas.sum()))
-    return Solution(mesh, spectrum, parts=tuple(parts))
+    notes = dict.fromkeys(note for part in parts for note in part.solution.notes)
+    return Solution(mesh, spectrum, parts=tuple(parts), notes=tuple(notes))
 
 
 def _tell_nobody(_step: str) -> None:
@@ -225,14 +229,28 @@ def _solve_connected(
 ) -> Solution:
     """Solution of one component; where it cannot be certified, of a coarser working mesh."""
     enter("simplifying")
-    working = preparation.under(view).mesh
+    prepared = preparation.under(view)
+    working = prepared.mesh
+    notes = tuple(note for note in prepared.notes if TAKEN in note)
     enter("spectrum")
-    for _ in range(MOST_COARSER):
+    for tried in range(MOST_COARSER + 1):
         try:
-            return Solution(working, compute_spectrum(working, n_eigenpairs=view.eigenpairs))
+            spectrum = compute_spectrum(working, n_eigenpairs=view.eigenpairs)
         except SpectrumError:
             coarser = simplify(working, vertices=working.n_vertices // 2).mesh
-            if coarser.n_vertices == working.n_vertices:
-                break
+            if tried == MOST_COARSER or coarser.n_vertices == working.n_vertices:
+                raise
             working = coarser
-    return Solution(working, compute_spectrum(working, n_eigenpairs=view.eigenpairs))
+        else:
+            if tried:
+                notes = (*notes, _coarser(prepared.mesh, working))
+            return Solution(working, spectrum, notes=notes)
+    raise AssertionError("the last try returns or raises")
+
+
+def _coarser(prepared: TriangleMesh, solved: TriangleMesh) -> str:
+    """What is said of a mesh that was solved instead of a finer one."""
+    return (
+        f"solved with {solved.n_vertices:,} vertices instead of {prepared.n_vertices:,}, whose "
+        "eigenpairs could not be certified"
+    )

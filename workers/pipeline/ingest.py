@@ -78,7 +78,11 @@ def ingest(bench: Workbench, claim: Claim) -> Outcome:
             bench.blobs, shape.sha256, read.mesh, models, enter=bench.progress.enter
         )
         bench.progress.end()
-        found = Described({**before.vectors, **more.vectors}, {**before.errors, **more.errors})
+        found = Described(
+            {**before.vectors, **more.vectors},
+            {**before.errors, **more.errors},
+            (*before.notes, *more.notes),
+        )
         return Outcome(store=partial(_store, shape.id, facts, found, describe_further))
 
     return describe_further(Described({}, {}), models)
@@ -128,6 +132,7 @@ def _store(
         return GoOn(partial(describe_further, found, models))
     for name, value in vars(facts).items():
         setattr(shape, name, value)
+    shape.repairs = [*facts.repairs, *dict.fromkeys(found.notes)]
     shape.error = _reason([found.errors[name] for name in sorted(needed & found.errors.keys())])
     described = sorted(needed & found.vectors.keys())
     rows = [(shape.id, name, vector_to_bytes(found.vectors[name])) for name in described]

@@ -197,10 +197,14 @@ def describe_mesh(
 
 @dataclass(frozen=True)
 class Described:
-    """Descriptors by model name, and errors by the names of the other models."""
+    """Descriptors by model name, and errors by the names of the other models.
+
+    What is out of the ordinary in how it was solved is noted by view.
+    """
 
     vectors: Mapping[str, Float32Array]
     errors: Mapping[str, ProteusError]
+    notes: tuple[str, ...] = ()
 
 
 def describe_under_each(
@@ -234,15 +238,18 @@ def describe_under_each(
     solutions: dict[str, Solution] = {}
     vectors: dict[str, Float32Array] = {}
     errors: dict[str, ProteusError] = {}
+    notes: dict[str, None] = {}
     solver = Solver(mesh, enter)
     for model in models:
         try:
             for view in model.views:
                 if view.key not in solutions:
                     solutions[view.key] = solve_view(blobs, sha256, mesh, view, solver)
+                    told = solutions[view.key].notes
+                    notes |= dict.fromkeys(f"{view.name} view: {note}" for note in told)
             enter(DESCRIBING)
             own = {view.name: solutions[view.key] for view in model.views}
             vectors[model.name] = describe(own, model)
         except (KernelDomainError, SpectrumError) as error:
             errors[model.name] = error
-    return Described(vectors, errors)
+    return Described(vectors, errors, tuple(notes))

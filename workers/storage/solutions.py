@@ -7,6 +7,7 @@ again later have the same bits.
 """
 
 import hashlib
+import json
 from collections.abc import Mapping
 from typing import Any
 
@@ -152,6 +153,9 @@ def _arrays(solution: Solution) -> dict[str, NDArray[Any]]:
         "areas": spectrum.areas,
         "area": np.array(spectrum.area),
     }
+    if solution.notes:
+        text = json.dumps(solution.notes).encode()
+        arrays["notes"] = np.frombuffer(text, dtype=np.uint8)
     kept = _read_connected(arrays)
     if kept.spectrum.n_eigenpairs:
         sample = kept.sample()
@@ -186,4 +190,6 @@ def _read_connected(arrays: Mapping[str, NDArray[Any]]) -> Solution:
     samples = {}
     if "sample_indices" in arrays:  # not there if stored before samples were kept
         samples[SAMPLES] = SurfaceSample(arrays["sample_indices"], arrays["sample_weights"])
-    return Solution(TriangleMesh(arrays["vertices"], arrays["faces"]), spectrum, samples)
+    mesh = TriangleMesh(arrays["vertices"], arrays["faces"])
+    notes = tuple(json.loads(arrays["notes"].tobytes())) if "notes" in arrays else ()
+    return Solution(mesh, spectrum, samples, notes=notes)
