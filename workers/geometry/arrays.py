@@ -37,12 +37,12 @@ def ascending(values: IntArray, *, own: bool = False) -> IntArray:
     return ordered[first_of_runs(ordered)]
 
 
-def first_of_runs(ordered: IntArray) -> BoolArray:
+def first_of_runs(ordered: NDArray[Any]) -> BoolArray:
     """Tell where a new value begins.
 
     Parameters
     ----------
-    ordered : (n,) int64
+    ordered : (n,) numbers
         Equal ones beside each other.
 
     Returns

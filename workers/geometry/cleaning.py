@@ -17,6 +17,7 @@ from workers.geometry.topology import count_referenced, pass_on
 MERGE_DISTANCE = 1e-9  # of the bounding box's diagonal
 MOST_PASSES = 20
 MOST_IN_A_KEY = 2_000_000  # vertices: three of their numbers are below 2^63 as one
+MIXER = np.uint64(0x9E3779B97F4A7C15)  # odd, of no pattern: products spread over all bits
 FEWEST_FACES = 4  # a closed surface has no fewer
 VERTICES = ("vertex", "vertices")
 FACES = ("face", "faces")
@@ -88,7 +89,8 @@ def _clean_once(mesh: TriangleMesh, *, debris: bool) -> tuple[CleanedMesh, bool]
     repairs += left_out
     extent = _require_extent(vertices)
 
-    merged, representatives = _merged_vertices(vertices, MERGE_DISTANCE * extent)
+    merge = _merged_soup if len(vertices) > len(faces) else _merged_vertices
+    merged, representatives = merge(vertices, MERGE_DISTANCE * extent)
     _report(repairs, "merged {} duplicate {}", len(vertices) - len(representatives), VERTICES)
     if len(representatives) < len(vertices):
         vertices, faces = vertices[representatives], merged[faces]
@@ -256,6 +258,42 @@ def _merged_vertices(vertices: FloatArray, distance: float) -> tuple[IntArray, I
     to[ordered] = ordered[new][np.cumsum(new) - 1]
     kept = to == np.arange(n)
     return (np.cumsum(kept) - 1)[to], np.flatnonzero(kept)
+
+
+def _merged_soup(vertices: FloatArray, distance: float) -> tuple[IntArray, IntArray]:
+    """What `_merged_vertices` gives, sooner where most vertices are there several times."""
+    same, firsts = _merged_equal(vertices)
+    merged, representatives = _merged_vertices(vertices[firsts], distance)
+    return merged.take(same), firsts.take(representatives)
+
+
+def _merged_equal(vertices: FloatArray) -> tuple[IntArray, IntArray]:
+    """New index (n,) of every vertex, and the old index of the first vertex of each group.
+
+    Vertices of a group have the very same bits. A few that have may be in different groups.
+    """
+    # A number of 64 bits that equal vertices share, of which the lowest make way for the index.
+    mixed = np.zeros(len(vertices), dtype=np.uint64)
+    for axis in range(3):
+        mixed += np.ascontiguousarray(vertices[:, axis]).view(np.uint64)
+        mixed *= MIXER
+        mixed ^= mixed >> np.uint64(32)
+    bits = np.uint64(len(vertices).bit_length())
+    index_mask = (np.uint64(1) << bits) - np.uint64(1)
+    mixed &= ~index_mask
+    mixed |= np.arange(len(vertices), dtype=np.uint64)
+    mixed.sort()
+    order = (mixed & index_mask).view(np.int64)  # equal ones beside each other, the first in front
+    new = first_of_runs(mixed >> bits)
+    firsts = order[new].take(np.cumsum(new) - 1)  # (n,)
+    to = np.arange(len(vertices))
+    equal = ~new
+    for axis in range(3):  # others may share their number by chance
+        values = np.ascontiguousarray(vertices[:, axis]).view(np.int64)
+        equal &= values.take(order) == values.take(firsts)
+    to[order[equal]] = firsts[equal]
+    kept = to == np.arange(len(vertices))
+    return (np.cumsum(kept) - 1).take(to), np.flatnonzero(kept)
 
 
 def _pieces(coordinates: FloatArray, distance: float) -> IntArray:

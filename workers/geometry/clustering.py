@@ -35,9 +35,7 @@ class Clusters:
     lost_area: float
 
 
-def clustered(
-    mesh: TriangleMesh, edges: IntArray, *, steps: int = CELL_STEPS
-) -> Clusters | None:
+def clustered(mesh: TriangleMesh, edges: IntArray, *, steps: int = CELL_STEPS) -> Clusters | None:
     """Mesh with one vertex for each connected part of a mesh in each cell, in their middle.
 
     Nothing depends on the order of the vertices and faces, but the order of the result. Faces
