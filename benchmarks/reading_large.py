@@ -2,9 +2,9 @@
 
 ``python -m benchmarks.reading_large`` writes a creature as PLY, OBJ and STL, binary and text, each
 of about 57 MB. It prints the seconds of one processor that reading takes, and the peak of memory
-above that before, as a multiple of the arrays: vertices as float64 and faces as int64. "merged" has
-one vertex for each place, and is cleaned where we read it: trimesh merges by itself, meshio never
-does. ``--megabytes`` makes other sizes.
+above that before, as a multiple of the arrays that the file holds: vertices as float64 and faces as
+int64, three vertices a face in STL. "merged" has one vertex for each place, and is cleaned where we
+read it. meshio merges STL always, and nothing else. ``--megabytes`` makes other sizes.
 """
 
 import argparse
@@ -142,11 +142,12 @@ def memory(kind: str) -> int:
 
 def in_its_own_process(reader: str, path: Path, warm: Path) -> dict[str, float] | str:
     """What `read_once` measures, or the last words of the error."""
-    command = [sys.executable, "-m", "benchmarks.reading_large", "--one", reader, path, warm]
+    command = [sys.executable, "-m", "benchmarks.reading_large", "--one"]
+    command += [reader, str(path), str(warm)]
     environment = {**os.environ, "OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}
     done = subprocess.run(command, capture_output=True, env=environment, text=True, check=False)
     if done.returncode:
-        return (done.stderr.splitlines() or ["nothing"])[-1][:40]
+        return str((done.stderr.splitlines() or ["nothing"])[-1][:40])
     measured: dict[str, float] = json.loads(done.stdout.splitlines()[-1])
     return measured
 
@@ -163,7 +164,7 @@ def main() -> None:
         reader, path, warm = options.one
         sys.stdout.write(json.dumps(read_once(reader, Path(path), Path(warm))))
         return
-    table = Table("file", "MB", "reader", "vertices", "faces", "seconds", "memory / arrays")
+    table = Table("file", "of MB", "reader", "vertices", "faces", "seconds", "MB", "/ arrays")
     with tempfile.TemporaryDirectory() as folder:
         for kind in options.only:
             path, warm = (Path(folder) / f"{name}.{kind}" for name in ("large", "small"))
@@ -174,22 +175,25 @@ def main() -> None:
             for _ in range(options.repeats):
                 for reader, ones in found.items():
                     ones.append(in_its_own_process(reader, path, warm))
+            vertices, faces = ours(path)
+            arrays = 24 * (vertices + faces)
+            size = f"{path.stat().st_size / 1e6:.1f}"
             for reader, ones in found.items():
-                table.add_row(kind, f"{path.stat().st_size / 1e6:.1f}", reader, *_columns(ones))
+                table.add_row(kind, size, reader, *_columns(ones, arrays))
             table.add_section()
     Console(width=120).print(table)
 
 
-def _columns(ones: list[dict[str, float] | str]) -> list[str]:
-    """Medians of what was measured, or the error."""
+def _columns(ones: list[dict[str, float] | str], arrays: int) -> list[str]:
+    """Medians of what was measured beside the bytes of the arrays, or the error."""
     measured = [one for one in ones if not isinstance(one, str)]
     if not measured:
-        return [str(ones[0]), "", "", ""]
+        return [str(ones[0]), "", "", "", ""]
     vertices, faces = (int(measured[0][key]) for key in ("vertices", "faces"))
     seconds = statistics.median(one["seconds"] for one in measured)
     peak = statistics.median(one["bytes"] for one in measured)
-    arrays = 24 * (vertices + faces)
-    return [f"{vertices:,}", f"{faces:,}", f"{seconds:.2f}", f"{peak / arrays:.1f}"]
+    memory = f"{peak / 1e6:,.0f}", f"{peak / arrays:.1f}"
+    return [f"{vertices:,}", f"{faces:,}", f"{seconds:.2f}", *memory]
 
 
 if __name__ == "__main__":

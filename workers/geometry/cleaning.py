@@ -9,10 +9,10 @@ from workers.geometry.arrays import FloatArray, IntArray, first_of_runs, frozen
 from workers.geometry.degenerate import degenerate_faces
 from workers.geometry.fragments import without_debris
 from workers.geometry.mesh import TriangleMesh
-from workers.geometry.seams import sew
+from workers.geometry.seams import Sewn, sew
 from workers.geometry.shells import doubled_faces
 from workers.geometry.strays import without_strays, without_unreferenced
-from workers.geometry.topology import count_referenced, pass_on
+from workers.geometry.topology import count_referenced, is_closed, pass_on
 
 MERGE_DISTANCE = 1e-9  # of the bounding box's diagonal
 MOST_PASSES = 20
@@ -103,11 +103,15 @@ def _clean_once(mesh: TriangleMesh, *, debris: bool) -> tuple[CleanedMesh, bool]
     _report(repairs, "dropped {} duplicate {}", len(kept) - len(faces), FACES)
     del kept
 
-    sewn = sew(scaled, faces, extent * float(np.ldexp(1.0, -int(np.frexp(extent)[1]))))
-    faces = sewn.faces
+    whole = TriangleMesh(scaled, frozen(faces))
+    sewn = Sewn(faces, (), was_open=False)
+    if not is_closed(whole):
+        sewn = sew(scaled, faces, extent * float(np.ldexp(1.0, -int(np.frexp(extent)[1]))))
+    if sewn.faces is not faces:
+        faces = sewn.faces
+        whole = TriangleMesh(scaled, frozen(faces))
     repairs += sewn.repairs
 
-    whole = TriangleMesh(scaled, frozen(faces))
     if debris and len(faces):
         found = without_debris(whole)
         share = f"{found.share:.2%}" if found.share >= 1e-4 else "less than 0.01%"

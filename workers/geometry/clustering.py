@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from workers.geometry.arrays import IntArray, frozen
+from workers.geometry.arrays import IntArray
 from workers.geometry.canonical import GRID, rounded
 from workers.geometry.edges import component_labels
 from workers.geometry.mesh import TriangleMesh
@@ -71,7 +71,7 @@ def clustered(mesh: TriangleMesh, edges: IntArray, *, steps: int = CELL_STEPS) -
     has_face[faces] = True
     lost = ~has_face.take(labels.take(mesh.faces[:, 0]))  # (m,)
     areas = mesh.face_areas
-    coarse = TriangleMesh(*map(frozen, without_unreferenced(rounded(middles), faces)))
+    coarse = TriangleMesh(*without_unreferenced(rounded(middles), faces))
     return Clusters(coarse, float(areas[lost].sum() / areas.sum()))
 
 

@@ -42,7 +42,7 @@ def without_strays(
     repairs: list[str] = []
     finite = np.isfinite(vertices)  # (n, 3)
     if not finite.all():
-        strange: BoolArray = ~finite.all(axis=1)  # (n,)
+        strange: BoolArray = np.asarray(~finite.all(axis=1))  # (n,)
         hanging = _faces_at(strange, faces)
         _require_few(hanging, vertices, faces)
         repairs.append(f"left out {_share(hanging)} at vertices that are not finite")

@@ -149,6 +149,22 @@ def _joined(
     return component_labels(pairs.T, n_faces)
 
 
+def is_closed(mesh: TriangleMesh) -> bool:
+    """Tell whether no edge has only one face.
+
+    Parameters
+    ----------
+    mesh : TriangleMesh
+        Of any winding, manifold or not.
+
+    Returns
+    -------
+    bool
+        True without any face.
+    """
+    return _connection(mesh).n_single == 0
+
+
 def count_surface_components(mesh: TriangleMesh) -> int:
     """Count the components that `surface_components` labels.
 
