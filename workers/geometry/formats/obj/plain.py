@@ -19,6 +19,7 @@ WITHOUT_LETTERS = bytes.maketrans(b"vf\t", b"   ")
 STRANGE = (b"#", b"\\", b",", b";")  # in a vertex
 LONGEST_INDEX = 18  # digits: below 2^63
 LINES_OF_A_RUN = 4  # at least, on average: files of shorter runs are no faster here
+FEW_RUNS = 16_384  # in a piece: so many do no harm
 
 BLANK, DIGIT, SLASH, OTHER = range(4)
 KINDS = np.full(256, OTHER, dtype=np.uint8)
@@ -108,7 +109,7 @@ def _read_piece(piece: bytes, parts: _Parts) -> bool:
     if letters is None:
         return False
     first_of_run = np.flatnonzero(np.append(True, letters[1:] != letters[:-1]))
-    if len(first_of_run) * LINES_OF_A_RUN > len(letters) + PIECE // 64:
+    if len(first_of_run) * LINES_OF_A_RUN > len(letters) + FEW_RUNS:
         return False
     last_of_run = np.append(first_of_run[1:], len(letters)) - 1
     runs = zip(
