@@ -133,10 +133,9 @@ def clustering_early(monkeypatch: pytest.MonkeyPatch) -> None:
     """Meshes of a few thousand vertices are treated as those of half a million are."""
     monkeypatch.setattr(simplification, "FINEST", 5_000)
     monkeypatch.setattr(simplification, "LARGEST_CHECKED", 2_000)
-    at_once = simplification.clustered
 
     def coarsely(mesh: TriangleMesh, edges: IntArray) -> Clusters | None:
-        return at_once(mesh, edges, steps=8 * CELL_STEPS)
+        return clustered(mesh, edges, steps=8 * CELL_STEPS)
 
     monkeypatch.setattr(simplification, "clustered", coarsely)
 

@@ -226,8 +226,14 @@ def _project(vertices: FloatArray, camera: FloatArray, pixels: int) -> FloatArra
 
 def _corner_normals(seen: TriangleMesh, drawn: IntArray) -> FloatArray:
     """Normals at the corners of the faces drawn (h,), (h, 3, 3): smooth, but sharp at creases."""
-    flat = unit_vectors(seen.face_normals)[drawn, None]  # (h, 1, 3)
-    smooth = angle_weighted_normals(seen)[seen.faces[drawn]]  # (h, 3, 3)
+    corners = seen.faces[drawn]  # (h, 3)
+    flat = unit_vectors(TriangleMesh(seen.vertices, corners).face_normals)[:, None]  # (h, 1, 3)
+    # Of a fine mesh most faces are not drawn: only those around the corners count.
+    is_corner = np.zeros(seen.n_vertices, dtype=np.bool_)
+    is_corner[corners] = True
+    near = np.logical_or.reduce([is_corner.take(seen.faces[:, i]) for i in range(3)])  # (m,)
+    around = TriangleMesh(seen.vertices, seen.faces[near])
+    smooth = angle_weighted_normals(around)[corners]  # (h, 3, 3)
     creased = (smooth * flat).sum(axis=2, keepdims=True) < _CREASE
     both: FloatArray = np.where(creased, flat, smooth)
     return np.where(flat[:, :, 2:] < 0, -both, both)  # windings differ; both sides are lit
