@@ -1,6 +1,7 @@
 """The triangle mesh, as it travels through all layers."""
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -66,7 +67,7 @@ class TriangleMesh:
             corners -= first
         return cross(*others)
 
-    @property
+    @cached_property
     def area(self) -> float:
         """Surface area, in the square of the mesh's unit."""
         return float(self.face_areas.sum())

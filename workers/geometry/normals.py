@@ -20,7 +20,7 @@ def unit_vectors(vectors: FloatArray) -> FloatArray:
         A vector of length 0 stays 0.
     """
     if vectors.ndim == 2 and vectors.shape[1] == 3:
-        sizes = lengths(vectors)[:, None]
+        sizes = lengths(vectors.astype(np.float64, copy=False))[:, None]
     else:
         sizes = np.linalg.norm(vectors, axis=-1, keepdims=True)
     units: FloatArray = vectors / np.where(sizes > 0.0, sizes, 1.0)
