@@ -18,7 +18,15 @@ from tests.meshes import (
     torus,
     translated,
 )
-from workers.geometry.canonical import canonical_frame, canonical_order, reordered, rounded
+from workers.geometry import canonical
+from workers.geometry.canonical import (
+    canonical_frame,
+    canonical_order,
+    order_by_place,
+    reordered,
+    rounded,
+)
+from workers.geometry.edges import directed_edges
 from workers.geometry.mesh import TriangleMesh
 
 MESHES = {
@@ -79,3 +87,37 @@ def test_reordering_keeps_the_surface_and_its_winding() -> None:
     assert np.einsum("ij,ij->", copy.face_normals, copy.vertices[copy.faces[:, 0]]) > 0
     turned = reordered(mesh, order, mirrored=True)
     assert np.einsum("ij,ij->", turned.face_normals, turned.vertices[turned.faces[:, 0]]) < 0
+
+
+@pytest.mark.parametrize("steps", [2, 5, 1000])
+def test_the_order_is_that_of_all_coordinates_and_all_neighbours(steps: int) -> None:
+    rng = np.random.default_rng(steps)
+    points = rng.integers(0, steps, size=(60, 3)) / 1024.0  # of few steps, many in one place
+    mesh = TriangleMesh(points, rng.integers(0, 60, size=(80, 3)))
+    neighbours: dict[int, set[int]] = {i: set() for i in range(60)}
+    for start, end in directed_edges(mesh.faces).tolist():
+        neighbours[start].add(end)
+        neighbours[end].add(start)
+    # A vertex that is its own neighbour counts twice, as both ends of the edge.
+    around = [
+        sum(((1 + (j == i)) * points[j] for j in neighbours[i]), np.zeros(3)) for i in range(60)
+    ]
+    expected = sorted(range(60), key=lambda i: (*points[i], *around[i], i))
+    assert order_by_place(mesh).tolist() == expected
+
+
+@pytest.mark.parametrize("largest", [canonical.LARGEST_KEY, 0])
+@pytest.mark.parametrize("mirrored", [False, True])
+def test_faces_are_sorted_from_their_smallest_corner(
+    largest: int, mirrored: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(canonical, "LARGEST_KEY", largest)  # 0 as for a huge mesh
+    mesh = bumpy_sphere(2)
+    order = np.random.default_rng(1).permutation(mesh.n_vertices)
+    place = {vertex: number for number, vertex in enumerate(order.tolist())}
+    faces = []
+    for a, b, c in mesh.faces.tolist():
+        new = [place[a], place[c], place[b]] if mirrored else [place[a], place[b], place[c]]
+        first = new.index(min(new))
+        faces.append(new[first:] + new[:first])
+    assert_array_equal(reordered(mesh, order, mirrored=mirrored).faces, sorted(faces))

@@ -19,7 +19,15 @@ from tests.meshes import (
     union,
 )
 from workers.errors import InvalidMeshError
-from workers.geometry.cleaning import clean, without_useless_faces
+from workers.geometry import cleaning, degenerate
+from workers.geometry import mesh as mesh_module
+from workers.geometry.cleaning import (
+    _merged_soup,
+    _merged_vertices,
+    clean,
+    without_useless_faces,
+)
+from workers.geometry.degenerate import degenerate_faces
 from workers.geometry.mesh import TriangleMesh
 from workers.geometry.topology import count_components, euler_characteristic
 
@@ -241,3 +249,48 @@ def test_no_numbering_leaves_other_faces(seed: int, size: int) -> None:
     first, second = clean(mesh), clean(shuffled)
     assert first.repairs == second.repairs
     assert faces_as_a_set(first.mesh) == faces_as_a_set(second.mesh)
+
+
+@pytest.mark.parametrize("steps", [2, 6, 10**9])
+def test_equal_vertices_are_merged_first_with_the_same_result(steps: int) -> None:
+    rng = np.random.default_rng(steps)
+    points = rng.integers(-steps, steps, size=(500, 3)) / 7.0
+    vertices = np.concatenate([points, points[::3], points + 1e-12, -0.0 * points[:4]])
+    vertices = vertices[rng.permutation(len(vertices))]
+    for found, expected in zip(
+        _merged_soup(vertices, 1e-9), _merged_vertices(vertices, 1e-9), strict=True
+    ):
+        assert_array_equal(found, expected)
+
+
+def test_vertices_that_share_a_number_by_chance_are_not_merged(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(cleaning, "MIXER", np.uint64(0))  # all have the same number
+    points = np.array([[0.0, 0, 0], [1, 0, 0], [0, 0, 0], [0, 1, 0], [1, 0, 0]])
+    merged, representatives = _merged_soup(points, 1e-9)
+    assert merged.tolist() == [0, 1, 0, 2, 1]
+    assert representatives.tolist() == [0, 1, 3]
+
+
+def test_a_soup_is_cleaned_to_the_mesh_that_it_was() -> None:
+    mesh = bumpy_sphere(3)
+    cleaned = clean(triangle_soup(mesh)).mesh
+    assert cleaned.n_vertices == mesh.n_vertices
+    assert_array_equal(cleaned.vertices[cleaned.faces], mesh.vertices[mesh.faces])
+
+
+def test_areas_do_not_depend_on_how_many_faces_are_measured_at_a_time(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    mesh = bumpy_sphere(3)
+    flat = mesh.vertices.copy()
+    flat[::2, 1:] *= 1e-7  # every other vertex near one line
+    thin = TriangleMesh(flat, mesh.faces)
+    expected = thin.face_areas, thin.face_normals, degenerate_faces(thin.vertices, thin.faces)
+    for module in (degenerate, mesh_module):
+        monkeypatch.setattr(module, "AT_A_TIME", 100)
+    found = thin.face_areas, thin.face_normals, degenerate_faces(thin.vertices, thin.faces)
+    for one, other in zip(found, expected, strict=True):
+        assert_array_equal(one, other)
+    assert 0 < expected[2].sum() < mesh.n_faces

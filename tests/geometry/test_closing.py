@@ -198,3 +198,19 @@ def test_what_has_no_inside_is_not_doubled() -> None:
     assert len(boundary_edges(eared)) == 4
     strip = rectangle(60, 1, 60.0, 1.0)
     assert double(strip, longest=0.0).n_faces == strip.n_faces
+
+
+def test_a_surface_of_many_holes_is_measured_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    sphere = icosphere(4)
+    mesh = TriangleMesh(sphere.vertices, np.delete(sphere.faces, np.arange(0, 5120, 60), axis=0))
+    measured: list[int] = []
+    areas = vars(TriangleMesh)["face_areas"]
+
+    def counted(mesh: TriangleMesh) -> FloatArray:
+        measured.append(mesh.n_faces)
+        found: FloatArray = areas.__get__(mesh)
+        return found
+
+    monkeypatch.setattr(TriangleMesh, "face_areas", property(counted))
+    assert close_loops(mesh, longest=50.0).n_faces > mesh.n_faces + 80
+    assert len(measured) <= 3

@@ -1,7 +1,10 @@
 """Edges: counted, measured and joined as the closed forms of a triangle and a tetrahedron say."""
 
 import numpy as np
+import pytest
 from numpy.testing import assert_allclose, assert_array_equal
+from scipy import sparse
+from scipy.sparse.csgraph import connected_components
 
 from tests.meshes import icosphere, rectangle, single_triangle, tetrahedron, union
 from workers.geometry.edges import (
@@ -10,6 +13,7 @@ from workers.geometry.edges import (
     edge_keys,
     edge_lengths,
     length_graph,
+    single_edges,
     symmetric_graph,
     undirected_edges,
 )
@@ -75,3 +79,39 @@ def test_components_are_labelled_by_their_first_vertex() -> None:
     mesh = union(tetrahedron(), tetrahedron())
     labels = component_labels(undirected_edges(mesh), mesh.n_vertices + 1)
     assert_array_equal(labels, [0] * 4 + [1] * 4 + [2])
+
+
+@pytest.mark.parametrize("seed", range(10))
+def test_labels_of_random_graphs_are_those_of_scipy(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    n = int(rng.integers(1, 400))
+    edges = rng.integers(0, n, size=(int(rng.integers(0, 2 * n)), 2))
+    ones = np.ones(len(edges))
+    graph = sparse.coo_array((ones, tuple(edges.T)), shape=(n, n)).tocsr()
+    _, expected = connected_components(graph, directed=False)
+    assert_array_equal(component_labels(edges, n), expected)
+
+
+def test_a_long_path_is_one_component_in_whatever_order() -> None:
+    n = 5000
+    names = np.random.default_rng(0).permutation(n)
+    edges = np.stack([names[:-1], names[1:]], axis=1)
+    assert component_labels(edges, n).max() == 0
+    assert component_labels(edges[::-1, ::-1], n).max() == 0
+
+
+@pytest.mark.parametrize("seed", range(10))
+def test_edges_of_random_faces_are_those_that_counting_gives(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    faces = rng.integers(0, 12, size=(15, 3))
+    counts: dict[tuple[int, int], int] = {}
+    for start, end in directed_edges(faces).tolist():
+        key = (min(start, end), max(start, end))
+        counts[key] = counts.get(key, 0) + 1
+    assert_array_equal(undirected_edges(TriangleMesh(np.zeros((12, 3)), faces)), sorted(counts))
+    corners, own = single_edges(faces, 12)
+    found = np.stack([faces[own, corners], faces[own, (corners + 1) % 3]], axis=1).tolist()
+    expected = [
+        [a, b] for a, b in directed_edges(faces).tolist() if counts[min(a, b), max(a, b)] == 1
+    ]
+    assert found == expected

@@ -1,8 +1,9 @@
 """The working mesh keeps what makes the shape, and copies of a mesh get the same one."""
 
+import fast_simplification
 import numpy as np
 import pytest
-from numpy.testing import assert_allclose
+from numpy.testing import assert_allclose, assert_array_equal
 
 from tests.meshes import (
     bent_rectangle,
@@ -21,7 +22,7 @@ from workers.geometry.arrays import FloatArray
 from workers.geometry.canonical import canonical_frame
 from workers.geometry.cleaning import clean
 from workers.geometry.mesh import TriangleMesh
-from workers.geometry.simplification import Coarser, decimate_by_error, simplify
+from workers.geometry.simplification import Coarser, collapsed, decimate_by_error, simplify
 from workers.geometry.spectrum import first_eigenvalues
 from workers.geometry.topology import boundary_loops, count_components, euler_characteristic
 
@@ -233,3 +234,28 @@ def test_a_part_so_small_that_rounding_flattens_it_does_no_harm() -> None:
     mesh = TriangleMesh(np.where(part[:, None], shrunk, sphere.vertices), sphere.faces)
     assert part.sum() > 20
     assert simplify(mesh, vertices=1200).mesh.n_vertices < 1500
+
+
+@pytest.mark.parametrize("mesh", [bumpy_sphere(4), torus(60, 20)], ids=["bumpy", "torus"])
+def test_vertices_are_followed_through_collapses_as_a_replay_follows_them(
+    mesh: TriangleMesh,
+) -> None:
+    corners = mesh.faces.astype(np.int32)
+    *_, collapses = fast_simplification.simplify(
+        mesh.vertices.copy(), corners, target_count=mesh.n_faces // 4, return_collapses=True
+    )
+    *_, expected = fast_simplification.replay_simplification(
+        mesh.vertices.copy(), corners, collapses
+    )
+    assert_array_equal(collapsed(collapses, mesh.n_vertices), expected)
+
+
+def test_what_nobody_traces_is_the_same_mesh() -> None:
+    mesh = bumpy_sphere(4)
+    traced, untraced = (
+        decimate_by_error(mesh, 800, 7.0, keep_border=False, traced=t) for t in (True, False)
+    )
+    assert_array_equal(traced.mesh.vertices, untraced.mesh.vertices)
+    assert_array_equal(traced.mesh.faces, untraced.mesh.faces)
+    assert len(traced.to) == mesh.n_vertices
+    assert len(untraced.to) == 0

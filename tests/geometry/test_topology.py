@@ -17,8 +17,9 @@ from tests.meshes import (
     translated,
     union,
 )
+from workers.geometry import topology
 from workers.geometry.arrays import IntArray
-from workers.geometry.edges import undirected_edges
+from workers.geometry.edges import component_labels, undirected_edges
 from workers.geometry.mesh import TriangleMesh
 from workers.geometry.topology import (
     boundary_edges,
@@ -27,6 +28,8 @@ from workers.geometry.topology import (
     count_surface_components,
     euler_characteristic,
     face_components,
+    is_closed,
+    pass_on,
     surface_components,
     vertex_components,
 )
@@ -146,3 +149,33 @@ def test_arguments_are_not_written_to() -> None:
     assert not mesh.faces.flags.writeable
     boundary_loops(mesh)
     face_components(mesh)
+
+
+@pytest.mark.parametrize("seed", range(10))
+def test_surfaces_of_random_faces_are_those_of_their_pairs(
+    seed: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    rng = np.random.default_rng(seed)
+    mesh = TriangleMesh(np.zeros((30, 3)), rng.integers(0, 30, size=(25, 3)))
+    edges = [{frozenset((face[i], face[i - 1])) for i in range(3)} for face in mesh.faces.tolist()]
+    pairs = [(i, j) for i in range(25) for j in range(i) if edges[i] & edges[j]]
+    expected = component_labels(np.array(pairs, dtype=np.int64).reshape(-1, 2), 25)
+    assert_array_equal(surface_components(mesh), expected)
+    monkeypatch.setattr(topology, "LARGEST_NUMBER", 0)  # as for numbers beyond 64 bits
+    again = TriangleMesh(mesh.vertices, mesh.faces)
+    assert_array_equal(surface_components(again), expected)
+    assert euler_characteristic(again) == euler_characteristic(mesh)
+
+
+def test_what_is_known_of_a_mesh_is_known_of_its_copy() -> None:
+    mesh = union(rectangle(3, 2), icosphere(1))
+    labels = surface_components(mesh)
+    copy = translated(mesh, (1, 0, 0))
+    pass_on(mesh, copy)
+    assert surface_components(copy) is labels
+    assert not labels.flags.writeable
+    assert not is_closed(copy)
+    assert is_closed(icosphere(1))
+    pass_on(icosphere(1), copy)  # of which nothing is known
+    assert surface_components(copy) is labels
+    assert boundary_edges(icosphere(1)).shape == (0, 2)

@@ -12,8 +12,9 @@ from tests.meshes import box, icosphere, renumbered, scaled, single_triangle, tr
 from workers.errors import InvalidRequestError
 from workers.geometry.arrays import FloatArray
 from workers.geometry.mesh import TriangleMesh
+from workers.geometry.normals import angle_weighted_normals
 from workers.rendering.rasterising import distinct
-from workers.rendering.render import Picture, contact_sheet, encode_png, render
+from workers.rendering.render import Picture, _corner_normals, contact_sheet, encode_png, render
 
 FRONT = (0.0, 0.0, 1.0)
 
@@ -214,3 +215,11 @@ def test_numbers_are_found_once_and_in_order() -> None:
     found, place = distinct(numbers, 9)
     assert found.tolist() == [0, 2, 7]
     assert_array_equal(found[place], numbers)
+
+
+def test_normals_of_the_faces_drawn_are_those_of_the_whole_mesh() -> None:
+    mesh = icosphere(3)
+    drawn = np.array([5, 700, 5, 12])
+    smooth = angle_weighted_normals(mesh)[mesh.faces[drawn]]  # a sphere has no crease
+    away = mesh.face_normals[drawn, 2] < 0
+    assert_array_equal(_corner_normals(mesh, drawn), np.where(away[:, None, None], -smooth, smooth))

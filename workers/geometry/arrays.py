@@ -1,9 +1,11 @@
 """Array types of the pure layers, and the one way to make an array read-only."""
 
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
+
+T = TypeVar("T", bound=np.generic)
 
 FloatArray = NDArray[np.float64]
 Float32Array = NDArray[np.float32]
@@ -11,7 +13,7 @@ IntArray = NDArray[np.int64]
 BoolArray = NDArray[np.bool_]
 
 
-def ascending(values: IntArray) -> IntArray:
+def ascending(values: IntArray, *, own: bool = False) -> IntArray:
     """Return each of some integers once.
 
     ``numpy.unique`` alone keeps a table of them: of millions that takes 25 times as long.
@@ -20,22 +22,27 @@ def ascending(values: IntArray) -> IntArray:
     ----------
     values : integers of any shape
         In any order.
+    own : bool
+        Whether they may be sorted where they are, since nobody else needs them. They then have one
+        dimension.
 
     Returns
     -------
     (u,) int64
         From the smallest to the largest.
     """
-    ordered = np.sort(values, axis=None)
+    if own:
+        values.sort()
+    ordered = values if own else np.sort(values, axis=None)
     return ordered[first_of_runs(ordered)]
 
 
-def first_of_runs(ordered: IntArray) -> BoolArray:
+def first_of_runs(ordered: NDArray[Any]) -> BoolArray:
     """Tell where a new value begins.
 
     Parameters
     ----------
-    ordered : (n,) int64
+    ordered : (n,) numbers
         Equal ones beside each other.
 
     Returns
@@ -104,6 +111,23 @@ def squared_lengths(vectors: FloatArray) -> FloatArray:
     squares += vectors[:, 1] * vectors[:, 1]
     squares += vectors[:, 2] * vectors[:, 2]
     return squares
+
+
+def frozen(array: NDArray[T]) -> NDArray[T]:
+    """Make an array read-only that nobody else has, so that a mesh takes it without a copy.
+
+    Parameters
+    ----------
+    array : array
+        Made by the caller, who will not write to it again.
+
+    Returns
+    -------
+    array
+        The same one.
+    """
+    array.flags.writeable = False
+    return array
 
 
 def read_only(array: Any, dtype: type[np.generic]) -> NDArray[Any]:

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from workers.geometry.arrays import FloatArray, IntArray
+from workers.geometry.arrays import FloatArray, IntArray, first_of_runs, lengths
 from workers.geometry.edges import edge_lengths, undirected_edges
 from workers.geometry.mesh import TriangleMesh
 
@@ -19,6 +19,7 @@ GRID = 2.0**-22  # canonical coordinates are rounded to this, far above rounding
 SEPARATIONS = (1e-5, 1e-8)  # keys nearer than this are equal; unit area, first try and second
 FLAT = 1e-9  # a mesh thinner than this is seen from the side its faces show
 FAR = 0.5473  # share of the farthest: no simple fraction, since corners of boxes lie at those
+LARGEST_KEY = 2**63
 MIXING_ROUNDS = 3  # how many edges away a vertex's key looks
 
 
@@ -78,7 +79,7 @@ class CanonicalFrame:
         return outside
 
 
-def canonical_frame(mesh: TriangleMesh) -> CanonicalFrame:
+def canonical_frame(mesh: TriangleMesh, edges: IntArray | None = None) -> CanonicalFrame:
     """Coordinates of unit area with the surface's centroid as origin, fixed by three vertices.
 
     The first vertex shows where the first axis points. The second, seen from that axis, shows the
@@ -90,6 +91,8 @@ def canonical_frame(mesh: TriangleMesh) -> CanonicalFrame:
     ----------
     mesh : TriangleMesh
         Clean.
+    edges : (e, 2) int64, optional
+        Its `undirected_edges`, where they are known.
 
     Returns
     -------
@@ -99,11 +102,10 @@ def canonical_frame(mesh: TriangleMesh) -> CanonicalFrame:
     # Place and size: the centroid and the area, which do not depend on how the surface is turned.
     areas = mesh.face_areas  # (m,)
     length = float(np.sqrt(areas.sum()))
-    centroids = mesh.vertices[mesh.faces].mean(axis=1)  # (m, 3)
-    origin = (areas / areas.sum()) @ centroids  # (3,)
+    origin = (areas / areas.sum()) @ _centroids(mesh)  # (3,)
     points = (mesh.vertices - origin) / length  # (n, 3)
-    distance = np.linalg.norm(points, axis=1)  # (n,)
-    mixing = _Mixing(points, undirected_edges(mesh))
+    distance = lengths(points)  # (n,)
+    mixing = _Mixing(points, undirected_edges(mesh) if edges is None else edges)
     # A first key of what every copy has: the distance from the centroid, the edges around.
     keys = mixing.of(distance + mixing.mean_lengths)
 
@@ -111,13 +113,13 @@ def canonical_frame(mesh: TriangleMesh) -> CanonicalFrame:
     one = _chosen(keys, distance)
     first = _unit(points[one])
     # From now on distances from that vertex are part of the keys: symmetries that move it are gone.
-    keys = mixing.of(keys + np.linalg.norm(points - points[one], axis=1))
+    keys = mixing.of(keys + lengths(points - points[one]))
     # The second axis points to a vertex far from the first axis, as its line across it.
     across = points - np.outer(points @ first, first)  # (n, 3)
-    two = _chosen(keys, np.linalg.norm(across, axis=1))
+    two = _chosen(keys, lengths(across))
     second = _unit(across[two] - (across[two] @ first) * first)
     # Only a reflection in the plane of both axes is left. A third vertex tells its two sides apart.
-    keys = mixing.of(keys + np.linalg.norm(points - points[two], axis=1))
+    keys = mixing.of(keys + lengths(points - points[two]))
     third = np.cross(first, second)
     beside = points @ third  # (n,)
     # A flat mesh has no vertex beside the plane: the side that its faces show decides.
@@ -144,11 +146,47 @@ def canonical_order(mesh: TriangleMesh, frame: CanonicalFrame) -> IntArray:
         Vertex indices, sorted by rounded canonical coordinates, ties by the neighbours'.
     """
     # Rounded, so that the rounding errors of a copy change no comparison.
-    points = rounded(frame.enter(mesh.vertices))  # (n, 3)
+    return order_by_place(TriangleMesh(rounded(frame.enter(mesh.vertices)), mesh.faces))
+
+
+def order_by_place(mesh: TriangleMesh, edges: IntArray | None = None) -> IntArray:
+    """Order of the vertices of a mesh in rounded canonical coordinates.
+
+    Parameters
+    ----------
+    mesh : TriangleMesh
+        Of n vertices; sums of their coordinates are exact.
+    edges : (e, 2) int64, optional
+        Its `undirected_edges`, where they are known.
+
+    Returns
+    -------
+    (n,) int64
+        Vertex indices, sorted by coordinates, ties by the sums of the neighbours' coordinates.
+    """
+    keys = mesh.vertices.T  # (3, n)
+    order = np.argsort(keys[0])
+    # Few vertices share the first coordinate: only these are compared by more.
+    new = first_of_runs(keys[0][order])
+    shared = ~(new & np.append(new[1:], True))
+    if not shared.any():
+        return order
+    places = np.flatnonzero(shared)  # of the order, run after run
+    unsure = np.sort(order[places])  # (q,)
     # Vertices in the same place, such as those of two sheets, are told apart by their neighbours.
-    edges = undirected_edges(mesh)
-    around = np.stack([_summed(points[:, i], edges) for i in range(3)], axis=1)
-    return np.lexsort([*around.T[::-1], *points.T[::-1]])
+    edges = undirected_edges(mesh) if edges is None else edges
+    around = [_summed(key, edges)[unsure] for key in keys]
+    order[places] = unsure[np.lexsort([*around[::-1], *keys[::-1, unsure]])]
+    return order
+
+
+def _centroids(mesh: TriangleMesh) -> FloatArray:
+    """Middles of the faces, (m, 3)."""
+    middles, second, third = (mesh.vertices.take(mesh.faces[:, i], axis=0) for i in range(3))
+    middles += second
+    middles += third
+    middles /= 3.0
+    return middles
 
 
 def rounded(points: FloatArray) -> FloatArray:
@@ -184,13 +222,29 @@ def reordered(mesh: TriangleMesh, order: IntArray, *, mirrored: bool = False) ->
     TriangleMesh
         Each face begins with its smallest vertex; faces are sorted.
     """
-    new_index = np.empty(mesh.n_vertices, dtype=np.int64)
-    new_index[order] = np.arange(mesh.n_vertices)
-    faces = new_index[mesh.faces[:, ::-1] if mirrored else mesh.faces]  # (m, 3)
+    n = mesh.n_vertices
+    new_index = np.empty(n, dtype=np.int64)
+    new_index[order] = np.arange(n)
+    corners = new_index.take(mesh.faces.T[::-1] if mirrored else mesh.faces.T)  # (3, m)
     # A face may be written from any corner: begin with the smallest, so that sorting decides all.
-    turns = (faces.argmin(axis=1)[:, None] + np.arange(3)) % 3
-    faces = np.take_along_axis(faces, turns, axis=1)
-    return TriangleMesh(mesh.vertices[order], faces[np.lexsort(faces.T[::-1])])
+    smallest = corners.min(axis=0)
+    second, third = (
+        np.where(
+            corners[0] == smallest,
+            corners[i],
+            np.where(corners[1] == smallest, corners[(i + 1) % 3], corners[(i + 2) % 3]),
+        )
+        for i in (1, 2)
+    )
+    if n**3 <= LARGEST_KEY:  # a face as one number
+        keys = (smallest * n + second) * n + third
+        keys.sort()
+        first, rest = np.divmod(keys, n * n)
+        faces = np.stack([first, *np.divmod(rest, n)], axis=1)
+    else:
+        faces = np.stack([smallest, second, third], axis=1)
+        faces = faces[np.lexsort(faces.T[::-1])]
+    return TriangleMesh(mesh.vertices[order], faces)
 
 
 class _Mixing:
@@ -220,11 +274,14 @@ class _Mixing:
 
 def _summed(values: FloatArray, edges: IntArray, weights: FloatArray | None = None) -> FloatArray:
     """Sum (n,) of the neighbours' values, weighted by edge."""
-    w = np.ones(len(edges)) if weights is None else weights
-    n = len(values)
-    of_first = np.bincount(edges[:, 0], w * values[edges[:, 1]], n)
-    of_second = np.bincount(edges[:, 1], w * values[edges[:, 0]], n)
-    return np.asarray(of_first + of_second, dtype=np.float64)
+    start, end = edges.T
+    totals = np.zeros(len(values))
+    for own, other in ((start, end), (end, start)):
+        ofs = values.take(other)
+        if weights is not None:
+            ofs *= weights
+        totals += np.bincount(own, ofs, len(values))
+    return totals
 
 
 def _chosen(keys: FloatArray, reach: FloatArray) -> int:
@@ -239,14 +296,16 @@ def _chosen(keys: FloatArray, reach: FloatArray) -> int:
         return 0
     # Sorted keys fall into groups of equal ones. With a finer separation more keys differ, but
     # rounding may make some of them differ: it is used only where no vertex is alone.
-    order = far[np.argsort(keys[far], kind="stable")]
+    keys = keys[far]
+    ordered = np.sort(keys)
+    gaps = np.diff(ordered, prepend=-np.inf)
     for separation in SEPARATIONS:
-        starts = np.flatnonzero(np.diff(keys[order], prepend=-np.inf) > separation)
-        sizes = np.diff(starts, append=len(order))
+        starts = np.flatnonzero(gaps > separation)
+        sizes = np.diff(starts, append=len(ordered))
         if sizes.min() == 1:
             break
     best = len(sizes) - 1 - int(sizes[::-1].argmin())  # of the smallest groups the last
-    return int(order[starts[best]])
+    return int(far[np.argmax(keys == ordered[starts[best]])])
 
 
 def _unit(vector: FloatArray) -> FloatArray:

@@ -5,18 +5,19 @@ from dataclasses import dataclass
 import numpy as np
 
 from workers.errors import InvalidMeshError
-from workers.geometry.arrays import FloatArray, IntArray, first_of_runs
+from workers.geometry.arrays import FloatArray, IntArray, first_of_runs, frozen
 from workers.geometry.degenerate import degenerate_faces
 from workers.geometry.fragments import without_debris
 from workers.geometry.mesh import TriangleMesh
-from workers.geometry.seams import sew
+from workers.geometry.seams import Sewn, sew
 from workers.geometry.shells import doubled_faces
 from workers.geometry.strays import without_strays, without_unreferenced
-from workers.geometry.topology import count_referenced
+from workers.geometry.topology import count_referenced, is_closed, pass_on
 
 MERGE_DISTANCE = 1e-9  # of the bounding box's diagonal
 MOST_PASSES = 20
 MOST_IN_A_KEY = 2_000_000  # vertices: three of their numbers are below 2^63 as one
+MIXER = np.uint64(0x9E3779B97F4A7C15)  # odd, of no pattern: products spread over all bits
 FEWEST_FACES = 4  # a closed surface has no fewer
 VERTICES = ("vertex", "vertices")
 FACES = ("face", "faces")
@@ -88,38 +89,51 @@ def _clean_once(mesh: TriangleMesh, *, debris: bool) -> tuple[CleanedMesh, bool]
     repairs += left_out
     extent = _require_extent(vertices)
 
-    merged, representatives = _merged_vertices(vertices, MERGE_DISTANCE * extent)
+    merge = _merged_soup if len(vertices) > len(faces) else _merged_vertices
+    merged, representatives = merge(vertices, MERGE_DISTANCE * extent)
     _report(repairs, "merged {} duplicate {}", len(vertices) - len(representatives), VERTICES)
-    vertices, faces = vertices[representatives], merged[faces]
+    if len(representatives) < len(vertices):
+        vertices, faces = vertices[representatives], merged[faces]
+    del merged, representatives
 
-    scaled = _in_units_of(vertices, extent)
-    kept = faces[~degenerate_faces(scaled, faces)]
+    scaled = frozen(_in_units_of(vertices, extent))
+    kept = _chosen(faces, np.flatnonzero(~degenerate_faces(scaled, faces)))
     _report(repairs, "dropped {} zero-area {}", len(faces) - len(kept), FACES)
-    faces = kept[_first_of_their_kind(kept)]
+    faces = _chosen(kept, _first_of_their_kind(kept))
     _report(repairs, "dropped {} duplicate {}", len(kept) - len(faces), FACES)
+    del kept
 
-    sewn = sew(scaled, faces, extent * float(np.ldexp(1.0, -int(np.frexp(extent)[1]))))
-    faces = sewn.faces
+    whole = TriangleMesh(scaled, frozen(faces))
+    sewn = Sewn(faces, (), was_open=False)
+    if not is_closed(whole):
+        sewn = sew(scaled, faces, extent * float(np.ldexp(1.0, -int(np.frexp(extent)[1]))))
+    if sewn.faces is not faces:
+        faces = sewn.faces
+        whole = TriangleMesh(scaled, frozen(faces))
     repairs += sewn.repairs
 
     if debris and len(faces):
-        found = without_debris(TriangleMesh(scaled, faces))
+        found = without_debris(whole)
         share = f"{found.share:.2%}" if found.share >= 1e-4 else "less than 0.01%"
         sentence = f"left out {{}} {{}}, {share} of the area together"
         _report(repairs, sentence, found.n_left_out, FRAGMENTS)
-        faces = faces[found.faces]
-        doubled, n_shells = doubled_faces(TriangleMesh(scaled, faces), found.labels)
+        faces = _chosen(faces, found.faces)
+        doubled, n_shells = doubled_faces(TriangleMesh(scaled, frozen(faces)), found.labels)
         _report(repairs, "left out {} {} that only doubled another one", n_shells, SHELLS)
         faces = faces[~doubled] if n_shells else faces
+        del found, doubled
+    same_faces = len(faces) == whole.n_faces
     vertices, faces = without_unreferenced(vertices, faces)
     if len(faces) < FEWEST_FACES:
         raise InvalidMeshError(
             f"{len(faces)} {FACES[len(faces) != 1]} left after cleaning, "
             f"but a shape needs at least {FEWEST_FACES}"
         )
-    unchanged = not repairs
-    cleaned = CleanedMesh(mesh if unchanged else TriangleMesh(vertices, faces), tuple(repairs))
-    return cleaned, not sewn.was_open
+    if repairs:
+        mesh = TriangleMesh(frozen(vertices), frozen(faces))
+    if same_faces:
+        pass_on(whole, mesh)
+    return CleanedMesh(mesh, tuple(repairs)), not sewn.was_open
 
 
 def without_useless_faces(mesh: TriangleMesh) -> TriangleMesh:
@@ -142,7 +156,7 @@ def without_useless_faces(mesh: TriangleMesh) -> TriangleMesh:
     InvalidMeshError
         The mesh has no extent, or one beyond 1e±60.
     """
-    faces = mesh.faces[useful_faces(mesh)]
+    faces = _chosen(mesh.faces, useful_faces(mesh))
     if len(faces) == mesh.n_faces and count_referenced(mesh) == mesh.n_vertices:
         return mesh
     return TriangleMesh(*without_unreferenced(mesh.vertices, faces))
@@ -168,8 +182,13 @@ def useful_faces(mesh: TriangleMesh) -> IntArray:
     """
     extent = _require_extent(mesh.vertices)
     sound = np.flatnonzero(~degenerate_faces(_in_units_of(mesh.vertices, extent), mesh.faces))
-    useful: IntArray = sound[_first_of_their_kind(mesh.faces[sound])]
+    useful: IntArray = sound[_first_of_their_kind(_chosen(mesh.faces, sound))]
     return useful
+
+
+def _chosen(faces: IntArray, numbers: IntArray) -> IntArray:
+    """Faces of these ascending numbers: the array itself where they are all."""
+    return faces if len(numbers) == len(faces) else faces[numbers]
 
 
 def _report(repairs: list[str], sentence: str, count: int, noun: tuple[str, str]) -> None:
@@ -184,8 +203,8 @@ def _require_sound(mesh: TriangleMesh) -> None:
         raise InvalidMeshError(
             f"the mesh has no faces ({mesh.n_vertices:,} points); expected a surface"
         )
-    bad = (mesh.faces < 0) | (mesh.faces >= mesh.n_vertices)  # (m, 3)
-    if bad.any():
+    if mesh.faces.min() < 0 or mesh.faces.max() >= mesh.n_vertices:
+        bad = (mesh.faces < 0) | (mesh.faces >= mesh.n_vertices)  # (m, 3)
         face, corner = np.argwhere(bad)[0]
         raise InvalidMeshError(
             f"face {face} refers to vertex {mesh.faces[face, corner]}, "
@@ -243,6 +262,42 @@ def _merged_vertices(vertices: FloatArray, distance: float) -> tuple[IntArray, I
     to[ordered] = ordered[new][np.cumsum(new) - 1]
     kept = to == np.arange(n)
     return (np.cumsum(kept) - 1)[to], np.flatnonzero(kept)
+
+
+def _merged_soup(vertices: FloatArray, distance: float) -> tuple[IntArray, IntArray]:
+    """What `_merged_vertices` gives, sooner where most vertices are there several times."""
+    same, firsts = _merged_equal(vertices)
+    merged, representatives = _merged_vertices(vertices[firsts], distance)
+    return merged.take(same), firsts.take(representatives)
+
+
+def _merged_equal(vertices: FloatArray) -> tuple[IntArray, IntArray]:
+    """New index (n,) of every vertex, and the old index of the first vertex of each group.
+
+    Vertices of a group have the very same bits. A few that have may be in different groups.
+    """
+    # A number of 64 bits that equal vertices share, of which the lowest make way for the index.
+    mixed = np.zeros(len(vertices), dtype=np.uint64)
+    for axis in range(3):
+        mixed += np.ascontiguousarray(vertices[:, axis]).view(np.uint64)
+        mixed *= MIXER
+        mixed ^= mixed >> np.uint64(32)
+    bits = np.uint64(len(vertices).bit_length())
+    index_mask = (np.uint64(1) << bits) - np.uint64(1)
+    mixed &= ~index_mask
+    mixed |= np.arange(len(vertices), dtype=np.uint64)
+    mixed.sort()
+    order = (mixed & index_mask).view(np.int64)  # equal ones beside each other, the first in front
+    new = first_of_runs(mixed >> bits)
+    firsts = order[new].take(np.cumsum(new) - 1)  # (n,)
+    to = np.arange(len(vertices))
+    equal = ~new
+    for axis in range(3):  # others may share their number by chance
+        values = np.ascontiguousarray(vertices[:, axis]).view(np.int64)
+        equal &= values.take(order) == values.take(firsts)
+    to[order[equal]] = firsts[equal]
+    kept = to == np.arange(len(vertices))
+    return (np.cumsum(kept) - 1).take(to), np.flatnonzero(kept)
 
 
 def _pieces(coordinates: FloatArray, distance: float) -> IntArray:

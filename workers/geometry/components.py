@@ -57,9 +57,9 @@ def described_components(mesh: TriangleMesh) -> tuple[Component, ...]:
         sums of the square roots of the weights, so that heavy components stand for themselves.
     """
     labels = surface_components(mesh)  # (m,)
-    areas: FloatArray = np.bincount(labels, weights=mesh.face_areas).astype(np.float64)  # (c,)
-    if len(areas) == 1:
+    if labels.max(initial=0) == 0 < len(labels):
         return (Component(mesh, 1.0, 1.0, 1.0),)
+    areas: FloatArray = np.bincount(labels, weights=mesh.face_areas).astype(np.float64)  # (c,)
     counted = counted_shares(areas)
     weights, shares = counted / counted.sum(), areas / areas.sum()
     order = np.argsort(-areas, kind="stable")

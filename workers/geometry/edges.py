@@ -2,7 +2,6 @@
 
 import numpy as np
 from scipy import sparse
-from scipy.sparse.csgraph import connected_components
 
 from workers.geometry.arrays import FloatArray, IntArray, ascending, lengths
 from workers.geometry.mesh import TriangleMesh
@@ -37,8 +36,12 @@ def undirected_edges(mesh: TriangleMesh) -> IntArray:
     (e, 2) int64
         The smaller index first; rows ascend.
     """
-    keys = ascending(face_edge_keys(mesh.faces, mesh.n_vertices))
-    return np.stack(np.divmod(keys, max(mesh.n_vertices, 1)), axis=1)
+    keys = ascending(face_edge_keys(mesh.faces, mesh.n_vertices), own=True)
+    ends = np.empty((2, len(keys)), dtype=np.int64)  # each end lies in one run of the memory
+    np.floor_divide(keys, max(mesh.n_vertices, 1), out=ends[0])
+    np.multiply(ends[0], mesh.n_vertices, out=ends[1])
+    np.subtract(keys, ends[1], out=ends[1])
+    return ends.T
 
 
 def edge_keys(edges: IntArray, n_vertices: int) -> IntArray:
@@ -83,6 +86,39 @@ def face_edge_keys(faces: IntArray, n_vertices: int) -> IntArray:
         keys[corner] *= n_vertices
         keys[corner] += np.maximum(start, end)
     return keys.ravel()
+
+
+def single_edges(faces: IntArray, n_vertices: int) -> tuple[IntArray, IntArray]:
+    """Find the edges that only one face has.
+
+    Parameters
+    ----------
+    faces : (m, 3) int64
+        Of any winding, manifold or not.
+    n_vertices : int
+        n, above every index.
+
+    Returns
+    -------
+    corners, faces : (b,) int64
+        The edge begins at this corner of this face. All ab, then all bc, then all ca.
+    """
+    ordered = face_edge_keys(faces, n_vertices)
+    ordered.sort()
+    new = np.ones(len(ordered) + 1, dtype=np.bool_)
+    np.not_equal(ordered[1:], ordered[:-1], out=new[1:-1])
+    single = ordered[new[1:] & new[:-1]]  # (b,), ascending
+    del ordered, new
+    if len(single) == 0:
+        return single, single
+    near = np.zeros(n_vertices, dtype=np.bool_)
+    for ends in np.divmod(single, n_vertices):
+        near[ends] = True
+    around = np.flatnonzero(np.count_nonzero(near[faces], axis=1) >= 2)  # faces worth a look
+    keys = face_edge_keys(faces[around], n_vertices)
+    place = np.minimum(np.searchsorted(single, keys), len(single) - 1)
+    corners, of_around = np.divmod(np.flatnonzero(single[place] == keys), len(around))
+    return corners, around[of_around]
 
 
 def edge_lengths(vertices: FloatArray, edges: IntArray) -> FloatArray:
@@ -162,8 +198,22 @@ def component_labels(edges: IntArray, n_vertices: int) -> IntArray:
     (n,) int64
         From 0 without gaps, in the order of the components' first vertices.
     """
-    ones = np.ones(len(edges), dtype=np.int8)
-    shape = (n_vertices, n_vertices)
-    graph = sparse.coo_array((ones, (edges[:, 0], edges[:, 1])), shape=shape)
-    _, labels = connected_components(graph.tocsr(), directed=False)
-    return np.asarray(labels, dtype=np.int64)
+    # Every vertex points to a smaller one that it is connected to, until none is left to point to.
+    # So the root of a component is its first vertex.
+    roots = np.arange(n_vertices)
+    start, end = edges[:, 0], edges[:, 1]
+    while True:
+        apart = start != end
+        if not apart.any():
+            break
+        start, end = start[apart], end[apart]
+        roots[np.maximum(start, end)] = np.minimum(start, end)
+        while True:  # the roots of the roots
+            further = roots.take(roots)
+            if np.array_equal(further, roots):
+                break
+            roots = further
+        start, end = roots.take(start), roots.take(end)
+    is_root = roots == np.arange(n_vertices)
+    labels: IntArray = (np.cumsum(is_root) - 1).take(roots)
+    return labels

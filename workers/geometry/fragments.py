@@ -50,6 +50,8 @@ def without_debris(mesh: TriangleMesh) -> WithoutDebris:
         Without the debris of the mesh; what is left has none.
     """
     labels = surface_components(mesh)  # (m,)
+    if labels.max(initial=0) == 0:
+        return WithoutDebris(np.arange(mesh.n_faces), 0, 0.0, labels)
     areas = np.bincount(labels, weights=mesh.face_areas)  # (c,)
     total = float(areas.sum())
     gone = areas < LARGEST_DEBRIS * total  # (c,)

@@ -1,10 +1,13 @@
 """The triangle mesh, as it travels through all layers."""
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
 from workers.geometry.arrays import FloatArray, IntArray, cross, lengths, read_only
+
+AT_A_TIME = 1 << 14  # faces
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,18 +45,29 @@ class TriangleMesh:
     @property
     def face_normals(self) -> FloatArray:
         """Cross products of two edges a face, (m, 3): twice the area long."""
-        first, *others = (self.vertices.take(self.faces[:, i], axis=0) for i in range(3))
-        for corners in others:
-            corners -= first
-        return cross(*others)  # (m, 3)
+        normals = np.empty((self.n_faces, 3))
+        for start in range(0, self.n_faces, AT_A_TIME):
+            normals[start : start + AT_A_TIME] = self._normals_from(start)
+        return normals
 
     @property
     def face_areas(self) -> FloatArray:
         """Area a face, (m,), in the square of the mesh's unit."""
-        areas: FloatArray = 0.5 * lengths(self.face_normals)  # (m,)
+        areas = np.empty(self.n_faces)
+        for start in range(0, self.n_faces, AT_A_TIME):
+            areas[start : start + AT_A_TIME] = lengths(self._normals_from(start))
+        areas *= 0.5
         return areas
 
-    @property
+    def _normals_from(self, start: int) -> FloatArray:
+        """Normals of some faces: what is computed of them stays in the processor's cache."""
+        faces = self.faces[start : start + AT_A_TIME]
+        first, *others = (self.vertices.take(faces[:, i], axis=0) for i in range(3))
+        for corners in others:
+            corners -= first
+        return cross(*others)
+
+    @cached_property
     def area(self) -> float:
         """Surface area, in the square of the mesh's unit."""
         return float(self.face_areas.sum())

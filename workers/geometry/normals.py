@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from workers.geometry.arrays import FloatArray, IntArray
+from workers.geometry.arrays import FloatArray, IntArray, lengths
 from workers.geometry.mesh import TriangleMesh
 
 
@@ -19,8 +19,11 @@ def unit_vectors(vectors: FloatArray) -> FloatArray:
     (..., d) float64
         A vector of length 0 stays 0.
     """
-    lengths = np.linalg.norm(vectors, axis=-1, keepdims=True)
-    units: FloatArray = vectors / np.where(lengths > 0.0, lengths, 1.0)
+    if vectors.ndim == 2 and vectors.shape[1] == 3:
+        sizes = lengths(vectors.astype(np.float64, copy=False))[:, None]
+    else:
+        sizes = np.linalg.norm(vectors, axis=-1, keepdims=True)
+    units: FloatArray = vectors / np.where(sizes > 0.0, sizes, 1.0)
     return units
 
 

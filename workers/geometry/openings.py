@@ -6,7 +6,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from workers.geometry.arrays import BoolArray, FloatArray, IntArray
-from workers.geometry.edges import directed_edges, edge_keys
+from workers.geometry.edges import directed_edges, single_edges
 
 NEIGHBOURS = 5  # an edge itself and four others; where more lie on each other, nothing is sure
 SHARE_OF_EDGE = 0.25  # of the shortest edge around: vertices farther apart than this are two
@@ -73,26 +73,11 @@ def open_edges(vertices: FloatArray, faces: IntArray) -> OpenEdges:
     OpenEdges
         All ab, then all bc, then all ca, each by face.
     """
-    edges = directed_edges(faces)
-    keys = edge_keys(edges, len(vertices))
-    ordered = np.sort(keys)
-    new = np.ones(len(keys) + 1, dtype=np.bool_)
-    np.not_equal(ordered[1:], ordered[:-1], out=new[1:-1])
-    single = ordered[new[1:] & new[:-1]]  # ascending
-    chosen = np.flatnonzero(_among(single, keys))
-    corner, face = np.divmod(chosen, max(len(faces), 1))
-    ends = edges[chosen]
+    corners, own = single_edges(faces, len(vertices))
+    start, end, apex = (faces[own, (corners + i) % 3] for i in range(3))
+    ends = np.stack([start, end], axis=1)
     shortest = shortest_edges(vertices, faces, ends.ravel()) if len(ends) else np.zeros(0)
-    return OpenEdges(ends, face, faces[face, (corner + 2) % 3], shortest[ends])
-
-
-def _among(ascending: IntArray, values: IntArray) -> BoolArray:
-    """Which values (q,) are among some that ascend."""
-    if len(ascending) == 0:
-        return np.zeros(len(values), dtype=np.bool_)
-    place = np.minimum(np.searchsorted(ascending, values), len(ascending) - 1)
-    among: BoolArray = ascending[place] == values
-    return among
+    return OpenEdges(ends, own, apex, shortest[ends])
 
 
 def shortest_edges(vertices: FloatArray, faces: IntArray, at: IntArray) -> FloatArray:

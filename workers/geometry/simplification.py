@@ -8,17 +8,19 @@ Where a level broke something, the next one takes twice as many vertices.
 
 import threading
 from dataclasses import dataclass
+from functools import partial
 from typing import Protocol
 
 import fast_simplification
 import numpy as np
 
 from workers.errors import InvalidMeshError
-from workers.geometry.arrays import FloatArray, IntArray, ascending
-from workers.geometry.canonical import canonical_frame, canonical_order, reordered, rounded
+from workers.geometry.arrays import FloatArray, IntArray, ascending, frozen
+from workers.geometry.canonical import canonical_frame, order_by_place, reordered, rounded
 from workers.geometry.cleaning import useful_faces, without_useless_faces
+from workers.geometry.clustering import clustered
 from workers.geometry.diagonals import turn_edges
-from workers.geometry.edges import edge_lengths
+from workers.geometry.edges import edge_lengths, undirected_edges
 from workers.geometry.likeness import eigenvalue_faults
 from workers.geometry.mesh import TriangleMesh
 from workers.geometry.needles import merge_needles
@@ -26,12 +28,16 @@ from workers.geometry.refinement import split_long_edges
 from workers.geometry.topology import (
     boundary_edges,
     boundary_loops,
+    count_surface_components,
     euler_characteristic,
+    pass_on,
     surface_components,
 )
 
 # The limit of area lies between sound levels and broken ones as first measured on real meshes; no
 # command here repeats it. All other numbers are chosen, not measured.
+FINEST = 400_000  # vertices: finer meshes are clustered before anything else
+LARGEST_LOST = 0.03  # of the area at clusters without a face; heavy noise loses 0.017
 ENOUGH = 1.1  # times the vertices asked for: no more are not worth a simplification
 LARGEST_CHECKED = 60_000  # vertices: finer meshes come down to these by what is counted alone
 LEVELS = (1, 2, 4)  # multiples of the vertices asked for
@@ -93,7 +99,12 @@ class Decimate(Protocol):
 
 
 def decimate_by_error(
-    mesh: TriangleMesh, target: int, aggressiveness: float, *, keep_border: bool
+    mesh: TriangleMesh,
+    target: int,
+    aggressiveness: float,
+    *,
+    keep_border: bool,
+    traced: bool = True,
 ) -> Coarser:
     """Mesh of about so many vertices by quadric error (Garland, Heckbert 1997), unchecked.
 
@@ -111,6 +122,8 @@ def decimate_by_error(
         How fast the error allowed grows; the smaller, the more strictly small errors go first.
     keep_border : bool
         Whether edges of the boundary stay.
+    traced : bool
+        Whether somebody asks what became of the vertices.
 
     Returns
     -------
@@ -129,7 +142,9 @@ def decimate_by_error(
             preserve_border=keep_border,
             return_collapses=True,
         )
-        _, _, to = fast_simplification.replay_simplification(vertices, corners, collapses)
+        to = collapsed(collapses, mesh.n_vertices) if traced else np.zeros(0, dtype=np.int64)
+        if traced and to.max(initial=-1) + 1 != len(points):  # a vertex has lost all its faces
+            _, _, to = fast_simplification.replay_simplification(vertices, corners, collapses)
     found = TriangleMesh(points / MAGNIFIED, triangles.astype(np.int64))
     merged, into = merge_needles(found)
     shaped = turn_edges(merged)
@@ -150,6 +165,33 @@ def _jitter(mesh: TriangleMesh) -> FloatArray:
     noise: FloatArray = rng.uniform(-JITTER, JITTER, size=mesh.vertices.shape)
     noise *= np.where(np.isfinite(shortest), shortest, 0.0)[:, None]
     return noise
+
+
+def collapsed(collapses: IntArray, n_vertices: int) -> IntArray:
+    """Follow each vertex through the collapses of edges to the vertex that it became part of.
+
+    Parameters
+    ----------
+    collapses : (c, 2) int
+        The vertex that stays and the one that goes, each of which goes once.
+    n_vertices : int
+        n, before them.
+
+    Returns
+    -------
+    (n,) int64
+        Numbers among the n - c vertices that are left, in their order.
+    """
+    into = np.arange(n_vertices)
+    into[collapses[:, 1]] = collapses[:, 0]
+    left = into == np.arange(n_vertices)
+    while True:  # what they became part of may itself have become part of another one
+        further = into.take(into)
+        if np.array_equal(further, into):
+            break
+        into = further
+    numbers: IntArray = (np.cumsum(left) - 1).take(into)
+    return numbers
 
 
 def _without_useless(points: np.ndarray, triangles: IntArray, to: IntArray) -> Coarser:
@@ -220,15 +262,38 @@ def simplify(
             f"{valence:,} faces meet in one vertex of {mesh.n_vertices:,}, expected at most "
             f"{LARGEST_VALENCE:,}: the mesh cannot be simplified"
         )
-    frame = canonical_frame(mesh)
-    canonical = TriangleMesh(rounded(frame.enter(mesh.vertices)), mesh.faces)
-    canonical = reordered(canonical, canonical_order(mesh, frame), mirrored=frame.mirrored)
+    edges = undirected_edges(mesh)
+    frame = canonical_frame(mesh, edges)
+    canonical = TriangleMesh(frozen(rounded(frame.enter(mesh.vertices))), mesh.faces)
+    pass_on(mesh, canonical)
+    clusters = None
+    if mesh.n_vertices > FINEST and vertices < LARGEST_CHECKED:
+        clusters = _sound_clusters(canonical, edges)
+    if clusters is None:
+        canonical = reordered(canonical, order_by_place(canonical, edges), mirrored=frame.mirrored)
+    else:
+        canonical = reordered(clusters, order_by_place(clusters), mirrored=frame.mirrored)
+    del edges
     canonical = without_useless_faces(canonical)  # rounding can flatten the thinnest
     found, notes = _first_sound(canonical, vertices, decimate)
-    if found is canonical:
+    if found is canonical and clusters is None:
         return Simplified(mesh, notes)
     faces = found.faces[:, ::-1] if frame.mirrored else found.faces
     return Simplified(TriangleMesh(frame.leave(found.vertices), faces), notes)
+
+
+def _sound_clusters(mesh: TriangleMesh, edges: IntArray) -> TriangleMesh | None:
+    """Clusters of a very fine mesh; None where its parts are thinner than the grid can show.
+
+    Area is no measure here: a noisy scan loses as much of it when edges are collapsed one by one.
+    """
+    clusters = clustered(mesh, edges)
+    if clusters is None or clusters.lost_area > LARGEST_LOST:
+        return None
+    coarse = _without_shards(Coarser(clusters.mesh, edges[:0, 0])).mesh
+    if count_surface_components(coarse) != count_surface_components(mesh):
+        return None
+    return coarse
 
 
 @dataclass(frozen=True)
@@ -291,7 +356,7 @@ def _first_sound(
     notes: list[str] = []
     original = mesh
     if mesh.n_vertices > ENOUGH * LARGEST_CHECKED > vertices:
-        fine = _best_attempt(mesh, LARGEST_CHECKED, decimate, lenient=True)
+        fine = _best_attempt(mesh, LARGEST_CHECKED, _untraced(decimate), lenient=True)
         if fine.coarse.mesh.n_faces:
             notes += fine.notes(taken=True)
             mesh = fine.coarse.mesh
@@ -312,6 +377,11 @@ def _first_sound(
         kept = [f"kept all {mesh.n_vertices:,} vertices"] if mesh is original else []
         return mesh, (*notes, *kept)
     return attempt.coarse.mesh, (*notes, f"{TAKEN}: the mesh itself is too large")
+
+
+def _untraced(decimate: Decimate) -> Decimate:
+    """The same, without what became of the vertices, which takes as long again and its memory."""
+    return partial(decimate_by_error, traced=False) if decimate is decimate_by_error else decimate
 
 
 def _best_attempt(

@@ -40,8 +40,9 @@ def without_strays(
         More than a tenth of the faces have corners that are not finite.
     """
     repairs: list[str] = []
-    strange: BoolArray = np.asarray(~np.isfinite(vertices).all(axis=1))  # (n,)
-    if strange.any():
+    finite = np.isfinite(vertices)  # (n, 3)
+    if not finite.all():
+        strange: BoolArray = np.asarray(~finite.all(axis=1))  # (n,)
         hanging = _faces_at(strange, faces)
         _require_few(hanging, vertices, faces)
         repairs.append(f"left out {_share(hanging)} at vertices that are not finite")
@@ -109,7 +110,11 @@ def _far_vertices(vertices: FloatArray) -> BoolArray:
     if len(vertices) == 0:
         return none
     with np.errstate(over="ignore"):  # the largest coordinate along an axis: no square overflows
-        distances = np.abs(vertices - np.median(vertices, axis=0)).max(axis=1)  # (n,)
+        distances = np.zeros(len(vertices))  # (n,)
+        for axis in range(3):
+            along = vertices[:, axis].copy()
+            along -= np.median(along)
+            np.maximum(distances, np.abs(along, out=along), out=distances)
     usual = int(np.ceil(USUAL * len(vertices))) - 1
     reach = np.partition(distances, usual)[usual]
     if reach == 0.0 or distances.max() <= GAP * reach:

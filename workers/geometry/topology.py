@@ -1,12 +1,22 @@
 """Components, boundary and Euler characteristic of a mesh, for any winding and manifold or not."""
 
-import numpy as np
+from dataclasses import dataclass
+from weakref import WeakKeyDictionary
 
-from workers.geometry.arrays import IntArray, ascending, first_of_runs
-from workers.geometry.edges import component_labels, directed_edges, edge_keys, face_edge_keys
+import numpy as np
+from numpy.typing import NDArray
+
+from workers.geometry.arrays import BoolArray, IntArray, ascending, first_of_runs
+from workers.geometry.edges import (
+    component_labels,
+    directed_edges,
+    edge_keys,
+    face_edge_keys,
+    single_edges,
+)
 from workers.geometry.mesh import TriangleMesh
 
-LARGEST_NUMBER = 2**63
+LARGEST_NUMBER = 2**64
 
 
 def vertex_components(mesh: TriangleMesh) -> IntArray:
@@ -59,18 +69,100 @@ def surface_components(mesh: TriangleMesh) -> IntArray:
     (m,) int64
         Label of each face, from 0 without gaps, in the order of the components' first faces.
     """
+    return _connection(mesh).labels
+
+
+@dataclass(frozen=True, eq=False)
+class _Connection:
+    """How the faces of a mesh hang together.
+
+    Attributes
+    ----------
+    labels : (m,) int64
+        Component of each face; read-only.
+    n_edges, n_single : int
+        Edges, and those of them that only one face has.
+    """
+
+    labels: IntArray
+    n_edges: int
+    n_single: int
+
+
+_KNOWN: WeakKeyDictionary[TriangleMesh, _Connection] = WeakKeyDictionary()  # of living meshes
+
+
+def _connection(mesh: TriangleMesh) -> _Connection:
+    """Find how the faces hang together, once for each mesh: several steps ask for it."""
+    known = _KNOWN.get(mesh)
+    if known is not None:
+        return known
+    ordered, faces = _edges_of_faces(mesh)  # (3m,)
+    new = first_of_runs(ordered)
+    n_single = int((new & np.append(new[1:], True)[: len(new)]).sum())
+    labels = _joined(ordered, faces, new, mesh.n_faces)
+    if labels.max(initial=0) == 0:  # the same number everywhere needs no room
+        labels = np.broadcast_to(np.int64(0), labels.shape)
+    labels.flags.writeable = False
+    found = _KNOWN[mesh] = _Connection(labels, int(new.sum()), n_single)
+    return found
+
+
+def pass_on(mesh: TriangleMesh, copy: TriangleMesh) -> None:
+    """Let a mesh know what is known of the components, edges and boundary of another one.
+
+    Parameters
+    ----------
+    mesh : TriangleMesh
+        Perhaps its components were labelled.
+    copy : TriangleMesh
+        With the same faces in the same order, whatever their vertices are called.
+    """
+    known = _KNOWN.get(mesh)
+    if known is not None:
+        _KNOWN[copy] = known
+
+
+def _edges_of_faces(mesh: TriangleMesh) -> tuple[NDArray[np.integer], NDArray[np.integer]]:
+    """Edges of all faces (3m,) as numbers that ascend, and the face (3m,) of each."""
     keys = face_edge_keys(mesh.faces, mesh.n_vertices)  # (3m,)
-    m = max(mesh.n_faces, 1)
-    if mesh.n_vertices**2 * m < LARGEST_NUMBER:  # an edge and its face as one number
-        keys *= m
-        keys += np.tile(np.arange(m), 3)[: len(keys)]
-        keys.sort()
-        ordered, faces = np.divmod(keys, m)  # (3m,)
-    else:
-        order = np.argsort(keys)
-        ordered, faces = keys[order], order % m
-    same = np.flatnonzero(ordered[1:] == ordered[:-1])
-    return component_labels(np.stack([faces[same], faces[same + 1]], axis=1), mesh.n_faces)
+    bits = max(mesh.n_faces - 1, 1).bit_length()
+    if mesh.n_vertices**2 << bits > LARGEST_NUMBER:
+        order = np.argsort(keys, kind="stable")
+        return keys[order], order % max(mesh.n_faces, 1)
+    # An edge and its face as one number: sorting numbers takes a tenth of sorting places.
+    packed = keys.view(np.uint64)
+    packed <<= np.uint64(bits)
+    packed.reshape(3, -1)[:] |= np.arange(mesh.n_faces, dtype=np.uint64)
+    packed.sort()
+    faces = packed & np.uint64((1 << bits) - 1)
+    packed >>= np.uint64(bits)
+    return packed, faces.view(np.int64)
+
+
+def _joined(
+    ordered: NDArray[np.integer], faces: NDArray[np.integer], new: BoolArray, n_faces: int
+) -> IntArray:
+    """Components of faces that share edges, from what `_edges_of_faces` gives."""
+    same = np.flatnonzero(~new[1:])
+    pairs = np.stack([faces.take(same), faces.take(same + 1)])  # (2, p)
+    return component_labels(pairs.T, n_faces)
+
+
+def is_closed(mesh: TriangleMesh) -> bool:
+    """Tell whether no edge has only one face.
+
+    Parameters
+    ----------
+    mesh : TriangleMesh
+        Of any winding, manifold or not.
+
+    Returns
+    -------
+    bool
+        True without any face.
+    """
+    return _connection(mesh).n_single == 0
 
 
 def count_surface_components(mesh: TriangleMesh) -> int:
@@ -118,22 +210,13 @@ def boundary_edges(mesh: TriangleMesh) -> IntArray:
     (b, 2) int64
         In the winding of that face, sorted.
     """
-    keys = face_edge_keys(mesh.faces, mesh.n_vertices)
-    ordered = np.sort(keys)
-    new = first_of_runs(ordered)
-    alone = ordered[new & np.append(new[1:], True)]  # (b,)
-    if len(alone) == 0:
+    known = _KNOWN.get(mesh)
+    if known is not None and known.n_single == 0:
         return np.zeros((0, 2), dtype=np.int64)
-    near = np.zeros(mesh.n_vertices, dtype=np.bool_)
-    for ends in np.divmod(alone, mesh.n_vertices):
-        near[ends] = True
-    edges = directed_edges(mesh.faces[near[mesh.faces].sum(axis=1) >= 2])
-    keys = edge_keys(edges, mesh.n_vertices)
-    place = np.minimum(np.searchsorted(alone, keys), len(alone) - 1)
-    single = np.empty((len(alone), 2), dtype=np.int64)
-    found = alone[place] == keys
-    single[place[found]] = edges[found]
-    return single
+    corners, faces = single_edges(mesh.faces, mesh.n_vertices)
+    edges = np.stack([mesh.faces[faces, corners], mesh.faces[faces, (corners + 1) % 3]], axis=1)
+    sorted_edges: IntArray = edges[np.argsort(edge_keys(edges, mesh.n_vertices))]
+    return sorted_edges
 
 
 def euler_characteristic(mesh: TriangleMesh) -> int:
@@ -149,9 +232,7 @@ def euler_characteristic(mesh: TriangleMesh) -> int:
     int
         2 for a sphere, 0 for a torus.
     """
-    keys = np.sort(face_edge_keys(mesh.faces, mesh.n_vertices))
-    n_edges = int(first_of_runs(keys).sum()) if len(keys) else 0
-    return count_referenced(mesh) - n_edges + mesh.n_faces
+    return count_referenced(mesh) - _connection(mesh).n_edges + mesh.n_faces
 
 
 def count_referenced(mesh: TriangleMesh) -> int:

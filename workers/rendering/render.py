@@ -226,21 +226,29 @@ def _project(vertices: FloatArray, camera: FloatArray, pixels: int) -> FloatArra
 
 
 def _normals(seen: TriangleMesh, face: IntArray, weights: FloatArray) -> FloatArray:
-    """Normals (h, 3) at points of faces (h,) with weights (h, 3) of the corners; not of length 1.
-
-    They are smooth, but sharp at creases.
-    """
+    """Normals (h, 3), of any length, at points of faces (h,) with weights (h, 3) of corners."""
     drawn, place = distinct(face, seen.n_faces)  # each face is seen at many points
-    flat = unit_vectors(seen.face_normals)[drawn, None]  # (d, 1, 3)
-    smooth = angle_weighted_normals(seen)[seen.faces[drawn]]  # (d, 3, 3)
-    creased = (smooth * flat).sum(axis=2, keepdims=True) < _CREASE
-    both = np.where(creased, flat, smooth)
-    lit = np.where(flat[:, :, 2:] < 0, -both, both)  # windings differ; both sides are lit
+    lit = _corner_normals(seen, drawn)
     normals: FloatArray = np.zeros((len(face), 3))
     for axis in range(3):
         for corner in range(3):
             normals[:, axis] += weights[:, corner] * lit[:, corner, axis].take(place)
     return normals
+
+
+def _corner_normals(seen: TriangleMesh, drawn: IntArray) -> FloatArray:
+    """Normals at the corners of the faces drawn (h,), (h, 3, 3): smooth, but sharp at creases."""
+    corners = seen.faces[drawn]  # (h, 3)
+    flat = unit_vectors(TriangleMesh(seen.vertices, corners).face_normals)[:, None]  # (h, 1, 3)
+    # Of a fine mesh most faces are not drawn: only those around the corners count.
+    is_corner = np.zeros(seen.n_vertices, dtype=np.bool_)
+    is_corner[corners] = True
+    near = np.logical_or.reduce([is_corner.take(seen.faces[:, i]) for i in range(3)])  # (m,)
+    around = TriangleMesh(seen.vertices, seen.faces[near])
+    smooth = angle_weighted_normals(around)[corners]  # (h, 3, 3)
+    creased = (smooth * flat).sum(axis=2, keepdims=True) < _CREASE
+    both: FloatArray = np.where(creased, flat, smooth)
+    return np.where(flat[:, :, 2:] < 0, -both, both)  # windings differ; both sides are lit
 
 
 def _shade(normals: FloatArray) -> FloatArray:

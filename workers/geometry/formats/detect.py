@@ -14,6 +14,7 @@ from workers.geometry.formats.stl import is_binary_stl, is_text_stl
 from workers.geometry.formats.text.encodings import readable
 from workers.geometry.formats.threemf import is_3mf
 
+SOMETHING = re.compile(rb"[^\0 \t\r\n]")
 LOOKED_AT = 1 << 16  # bytes of text from the beginning
 EXPECTED = "expected OFF, OBJ, PLY, STL, GLB, glTF, 3MF, AMF, DAE, VTK or MSH"
 
@@ -41,7 +42,7 @@ def detect_format(data: bytes, filename: str = "") -> str:
         Content of no known format.
     """
     refused = refused_content(data, filename)
-    if not data.strip(b"\0 \t\r\n"):
+    if not SOMETHING.search(data):
         raise InvalidMeshError(refused or f"the file is empty ({len(data)} bytes); {EXPECTED}")
     if refused:
         raise UnsupportedFormatError(refused)

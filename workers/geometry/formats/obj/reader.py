@@ -1,15 +1,22 @@
 """From the statements of an OBJ file to a mesh."""
 
 import re
+from dataclasses import replace
 
 import numpy as np
 
 from workers.errors import InvalidMeshError, UnsupportedFormatError
 from workers.geometry.arrays import FloatArray
 from workers.geometry.formats.limits import MeshLimits
-from workers.geometry.formats.obj.statements import Statements, read_statements
+from workers.geometry.formats.obj.plain import read_plain
+from workers.geometry.formats.obj.statements import (
+    Others,
+    Statements,
+    read_others,
+    read_statements,
+)
 from workers.geometry.formats.reading import Reading
-from workers.geometry.formats.surfaces.polygons import polygon_mesh, require_faces, require_indices
+from workers.geometry.formats.surfaces.polygons import polygon_mesh, require_corners, require_faces
 from workers.geometry.formats.text.numerals import with_decimal_points
 from workers.geometry.formats.text.tokens import Polygons, floats, integers
 
@@ -40,35 +47,56 @@ def read_obj(data: bytes, limits: MeshLimits) -> Reading:
     UnsupportedFormatError
         Nothing but free-form surfaces.
     """
+    plain = read_plain(data.rstrip(b"\0\x1a"))
+    if plain is None:
+        return _read_any(data, limits)
+    limits.check(vertices=len(plain.vertices), faces=len(plain.polygons.counts))
+    is_coloured = plain.width >= COLOURED
+    return _reading(
+        plain.vertices, plain.polygons, read_others(plain.others), limits, is_coloured=is_coloured
+    )
+
+
+def _read_any(data: bytes, limits: MeshLimits) -> Reading:
+    """Read a file with lines that are not plain."""
     statements = read_statements(data)
-    n_vertices, n_faces = len(statements.vertices), len(statements.faces)
-    limits.check(vertices=n_vertices, faces=n_faces)
+    limits.check(vertices=len(statements.vertices), faces=len(statements.faces))
     _require_polygons(statements)
-    vertices, has_colours, commas = _vertices(statements.vertices)
+    vertices, is_coloured, commas = _vertices(statements.vertices)
     polygons = _polygons(statements.faces)
     if (polygons.corners < 0).any():
         polygons = _absolute(polygons, statements.is_vertex)
-    first, zero = _first_index(polygons, n_vertices)
-    of_corners = np.repeat(np.arange(n_faces), polygons.counts)
-    require_indices(polygons.corners - first, of_corners, n_vertices, first=first)
+    reading = _reading(vertices, polygons, statements.others, limits, is_coloured=is_coloured)
+    return replace(reading, repairs=commas + reading.repairs)
+
+
+def _reading(
+    vertices: FloatArray,
+    polygons: Polygons,
+    others: Others,
+    limits: MeshLimits,
+    *,
+    is_coloured: bool,
+) -> Reading:
+    """Mesh of polygons whose corners are as in the file, and what is to be said."""
+    first, zero = _first_index(polygons, len(vertices))
     polygons = Polygons(polygons.counts, polygons.corners - first)
+    require_corners(polygons, len(vertices), first=first)
     mesh = polygon_mesh(vertices, polygons, limits)
-    colours = ("vertex colours",) if has_colours else ()
-    return Reading(
-        mesh, repairs=commas + zero + _left_out(polygons), found=statements.found() + colours
-    )
+    colours = ("vertex colours",) if is_coloured else ()
+    return Reading(mesh, repairs=zero + _left_out(polygons), found=others.found() + colours)
 
 
 def _require_polygons(statements: Statements) -> None:
     """Raise an error that says what a file without faces has instead."""
     if statements.faces:
         return
-    if statements.count("surf"):
+    if statements.others.count("surf"):
         raise UnsupportedFormatError(
             "the OBJ file holds free-form surfaces but no polygons; expected polygons: "
             "export it as a mesh"
         )
-    if n_lines := statements.count("l", "curv", "curv2"):
+    if n_lines := statements.others.count("l", "curv", "curv2"):
         raise InvalidMeshError(
             f"the file has lines but no faces ({n_lines:,} lines); expected a surface"
         )

@@ -35,25 +35,18 @@ LONGEST_NAME = 60
 
 
 @dataclass(frozen=True, eq=False)
-class Statements:
-    """What the lines of a file say.
+class Others:
+    """What is neither a vertex nor a face.
 
     Attributes
     ----------
-    vertices, faces : list of bytes
-        Bodies of the lines: numbers between blanks.
-    is_vertex : list of bool
-        Which of all vertices and faces, in the file's order, are vertices.
-    others : dict of str to list of bytes
-        Bodies of other lines that are named to people, by keyword.
+    bodies : dict of str to list of bytes
+        Bodies of the lines that are named to people, by keyword.
     has_texture : bool
         Whether there are texture coordinates.
     """
 
-    vertices: list[bytes]
-    faces: list[bytes]
-    is_vertex: list[bool]
-    others: dict[str, list[bytes]]
+    bodies: dict[str, list[bytes]]
     has_texture: bool
 
     def count(self, *keywords: str) -> int:
@@ -69,7 +62,7 @@ class Statements:
         int
             All of them together.
         """
-        return sum(len(self.others.get(keyword, ())) for keyword in keywords)
+        return sum(len(self.bodies.get(keyword, ())) for keyword in keywords)
 
     def found(self) -> tuple[str, ...]:
         """Say what is left alone.
@@ -80,8 +73,8 @@ class Statements:
             In short: "2 materials (body.mtl)", "3 objects".
         """
         parts = [
-            _counted("object", len(set(self.others.get("o", ()))), at_least=2),
-            _counted("group", len(set(self.others.get("g", ()))), at_least=2),
+            _counted("object", len(set(self.bodies.get("o", ()))), at_least=2),
+            _counted("group", len(set(self.bodies.get("g", ()))), at_least=2),
             self._materials(),
             "texture coordinates" if self.has_texture else "",
             _counted("line", self.count("l")),
@@ -93,13 +86,33 @@ class Statements:
 
     def _materials(self) -> str:
         """Count the materials, with the file that they are in."""
-        materials = _counted("material", len(set(self.others.get("usemtl", ()))))
-        libraries = self.others.get("mtllib")
+        materials = _counted("material", len(set(self.bodies.get("usemtl", ()))))
+        libraries = self.bodies.get("mtllib")
         if not libraries:
             return materials
         name = libraries[0].strip().decode("utf-8", "replace")[:LONGEST_NAME]
         printable = "".join(c for c in name if c.isprintable())
         return f"{materials or 'materials'} ({printable})"
+
+
+@dataclass(frozen=True, eq=False)
+class Statements:
+    """What the lines of a file say.
+
+    Attributes
+    ----------
+    vertices, faces : list of bytes
+        Bodies of the lines: numbers between blanks.
+    is_vertex : list of bool
+        Which of all vertices and faces, in the file's order, are vertices.
+    others : Others
+        All other lines.
+    """
+
+    vertices: list[bytes]
+    faces: list[bytes]
+    is_vertex: list[bool]
+    others: Others
 
 
 def is_obj(head: bytes) -> bool:
@@ -139,16 +152,31 @@ def read_statements(data: bytes) -> Statements:
         text = ENDING_BACKSLASH.sub(rb"\1", text)
     elements = ELEMENT.findall(text)
     is_vertex = [kind in b"vV" for kind, _ in elements]
-    others: dict[str, list[bytes]] = defaultdict(list)
-    for keyword, body in OTHER.findall(text):
-        others[keyword.decode("ascii").lower()].append(body.strip())
     return Statements(
         [body for (_, body), flag in zip(elements, is_vertex, strict=True) if flag],
         [body for (_, body), flag in zip(elements, is_vertex, strict=True) if not flag],
         is_vertex,
-        dict(others),
-        TEXTURE_COORDINATES.search(text) is not None,
+        read_others(text),
     )
+
+
+def read_others(text: bytes) -> Others:
+    r"""Find the statements that are named to people.
+
+    Parameters
+    ----------
+    text : bytes
+        Lines that end in ``\n``; vertices and faces may be among them.
+
+    Returns
+    -------
+    Others
+        What they say.
+    """
+    bodies: dict[str, list[bytes]] = defaultdict(list)
+    for keyword, body in OTHER.findall(text):
+        bodies[keyword.decode("ascii").lower()].append(body.strip())
+    return Others(dict(bodies), TEXTURE_COORDINATES.search(text) is not None)
 
 
 def _counted(noun: str, count: int, *, at_least: int = 1) -> str:

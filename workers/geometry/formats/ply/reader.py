@@ -3,14 +3,13 @@
 import numpy as np
 
 from workers.errors import InvalidMeshError
-from workers.geometry.arrays import FloatArray
+from workers.geometry.arrays import FloatArray, frozen
 from workers.geometry.formats.limits import MeshLimits, check_length
 from workers.geometry.formats.ply.bodies import read_binary, read_text
 from workers.geometry.formats.ply.header import Header, read_header
 from workers.geometry.formats.ply.names import axes_of, corners_of, holds_splats, what_else
 from workers.geometry.formats.ply.strips import cut_strips
 from workers.geometry.formats.reading import Reading
-from workers.geometry.formats.rows.records import as_floats
 from workers.geometry.formats.rows.tables import Rows
 from workers.geometry.formats.surfaces.polygons import points_and_lines, polygon_mesh, require_faces
 from workers.geometry.formats.text.tokens import Polygons
@@ -91,7 +90,11 @@ def _vertices(tables: list[Rows], header: Header) -> FloatArray:
     for rows, element in zip(tables, header.elements, strict=False):
         if element.name == "vertex":
             axes = axes_of(element)
-            return np.stack([as_floats(rows.numbers(axis)) for axis in axes], axis=1)
+            vertices = np.empty((element.count, 3))
+            with np.errstate(invalid="ignore"):  # a signalling NaN becomes a plain one
+                for i, axis in enumerate(axes):
+                    vertices[:, i] = rows.numbers(axis)
+            return frozen(vertices)
     return np.zeros((0, 3))
 
 
@@ -103,6 +106,8 @@ def _polygons(tables: list[Rows], header: Header, n_vertices: int) -> Polygons:
             found.append(rows.lists(corners_of(element)))
         elif element.name == "tristrips":
             found.append(cut_strips(rows.lists(corners_of(element)), n_vertices))
+    if len(found) == 1:
+        return found[0]
     return Polygons(
         np.concatenate([polygons.counts for polygons in found]),
         np.concatenate([polygons.corners for polygons in found]),

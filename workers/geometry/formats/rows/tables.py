@@ -119,7 +119,7 @@ class Rows:
             length = self.lengths[place]
             values = self._table(place, prop.fixed_size, prop.type, length)
             counts = np.full(self.element.count, length, dtype=np.int64)
-            return Polygons(counts, as_integers(values.ravel()))
+            return Polygons(counts, as_integers(values))
         cursors = self._cursors(place)
         counts = list_lengths(self.data, cursors, self.byte_order, prop)
         begin = np.repeat(cursors + prop.fixed_size, counts) + prop.size * places_in_runs(counts)
@@ -197,13 +197,13 @@ def as_integers(values: NDArray[Any]) -> IntArray:
 
     Parameters
     ----------
-    values : (n,) array
+    values : array of n
         Integers, or floats that are whole numbers.
 
     Returns
     -------
     (n,) int64
-        The same numbers.
+        The same numbers, row by row; a copy.
 
     Raises
     ------
@@ -211,8 +211,8 @@ def as_integers(values: NDArray[Any]) -> IntArray:
         One is no integer.
     """
     if values.dtype.kind == "f":
-        return integral(as_floats(values))
-    return values.astype(np.int64)
+        return integral(as_floats(values.ravel()))
+    return values.astype(np.int64, order="C").ravel()
 
 
 def list_lengths(data: Buffer, cursors: IntArray, byte_order: str, prop: Property) -> IntArray:

@@ -9,7 +9,6 @@ import re
 import numpy as np
 
 from workers.errors import InvalidMeshError
-from workers.geometry.arrays import FloatArray
 from workers.geometry.formats.limits import MeshLimits
 from workers.geometry.formats.reading import Reading
 from workers.geometry.formats.stl.records import (
@@ -21,10 +20,10 @@ from workers.geometry.formats.stl.records import (
     declared_count,
     has_unit_normals,
     look_like_triangles,
+    soup,
     walk,
 )
 from workers.geometry.formats.surfaces.polygons import require_faces
-from workers.geometry.mesh import TriangleMesh
 
 NEVER_WRITTEN = 1 << 28  # counts from here on (13 GB) are no counts
 MISSING = 0.01  # part of the triangles that may be cut off at the file's end
@@ -88,7 +87,7 @@ def read_binary_stl(data: bytes, limits: MeshLimits) -> Reading:
     require_faces(0, len(records))
     with np.errstate(invalid="ignore"):  # NaN is cleaning's to report
         corners = records["corners"].astype(np.float64)  # (m, 3, 3)
-    return Reading(_soup(corners), repairs=repairs, found=_found(data[:80], records))
+    return Reading(soup(corners.reshape(-1, 3)), repairs=repairs, found=_found(data[:80], records))
 
 
 def _records(data: bytes, limits: MeshLimits) -> tuple[Records, tuple[str, ...]]:
@@ -197,9 +196,3 @@ def _found(header: bytes, records: Records) -> tuple[str, ...]:
     if COLOURS.search(header) or (attributes is not None and (attributes & 0x8000).any()):
         return ("colours of triangles",)
     return ()
-
-
-def _soup(corners: FloatArray) -> TriangleMesh:
-    """Mesh of separate triangles (m, 3, 3)."""
-    faces = np.arange(3 * len(corners), dtype=np.int64).reshape(-1, 3)
-    return TriangleMesh(corners.reshape(-1, 3), faces)

@@ -5,7 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from workers.geometry.arrays import BoolArray, FloatArray, IntArray
+from workers.geometry.arrays import BoolArray, FloatArray, IntArray, frozen
+from workers.geometry.mesh import TriangleMesh
 
 HEADER = 84  # 80 bytes of anything, then the number of triangles
 RECORD = 50  # a normal and three corners in float32, and the length of what follows
@@ -134,6 +135,22 @@ def has_unit_normals(records: Records) -> bool:
     with np.errstate(all="ignore"):
         lengths = np.linalg.norm(records["normal"][:SAMPLE].astype(np.float64), axis=1)
         return bool((np.abs(lengths - 1.0) < NORMAL_ERROR).mean() >= MOST)
+
+
+def soup(corners: FloatArray) -> TriangleMesh:
+    """Make a mesh of separate triangles.
+
+    Parameters
+    ----------
+    corners : (3m, 3) float64
+        Triangle after triangle; nothing may write to them again.
+
+    Returns
+    -------
+    TriangleMesh
+        With three vertices of its own for each triangle.
+    """
+    return TriangleMesh(frozen(corners), frozen(np.arange(len(corners)).reshape(-1, 3)))
 
 
 def _are_normals(normals: FloatArray, corners: FloatArray) -> BoolArray:

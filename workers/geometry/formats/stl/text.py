@@ -11,6 +11,8 @@ from workers.errors import InvalidMeshError
 from workers.geometry.arrays import FloatArray
 from workers.geometry.formats.limits import MeshLimits
 from workers.geometry.formats.reading import Reading
+from workers.geometry.formats.stl.plain import read_plain
+from workers.geometry.formats.stl.records import soup
 from workers.geometry.formats.surfaces.polygons import polygon_mesh, require_faces
 from workers.geometry.formats.text.numerals import with_decimal_points
 from workers.geometry.formats.text.tokens import Polygons, floats
@@ -66,6 +68,10 @@ def read_text_stl(data: bytes, limits: MeshLimits) -> Reading:
     UploadTooLargeError
         Over the limits.
     """
+    corners = read_plain(data)
+    if corners is not None:
+        limits.check(faces=len(corners) // 3)
+        return Reading(soup(corners), repairs=tuple(_frame_repairs(data, 1)))
     triangles = TRIANGLE.findall(data)
     facets = _Facets(list(chain.from_iterable(triangles)), [3] * len(triangles))
     if len(facets.rows) != data.lower().count(b"vertex"):

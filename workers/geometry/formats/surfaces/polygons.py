@@ -3,7 +3,7 @@
 import numpy as np
 
 from workers.errors import InvalidMeshError
-from workers.geometry.arrays import FloatArray, IntArray
+from workers.geometry.arrays import FloatArray, IntArray, frozen
 from workers.geometry.formats.limits import MeshLimits
 from workers.geometry.formats.surfaces.triangulation import triangulate
 from workers.geometry.formats.text.tokens import Polygons
@@ -18,7 +18,8 @@ def polygon_mesh(vertices: FloatArray, polygons: Polygons, limits: MeshLimits) -
     vertices : (n, 3) float64
         Positions.
     polygons : Polygons
-        Corners are indices from 0, not checked before.
+        Corners are indices from 0, not checked before. The mesh keeps them where all are triangles:
+        nothing may write to them again.
     limits : MeshLimits
         Most vertices and triangles that are accepted.
 
@@ -37,10 +38,9 @@ def polygon_mesh(vertices: FloatArray, polygons: Polygons, limits: MeshLimits) -
     n_triangles = int(np.maximum(polygons.counts - 2, 0).sum())
     limits.check(vertices=len(vertices), faces=n_triangles)
     require_faces(len(vertices), n_triangles)
-    faces_of_corners = np.repeat(np.arange(len(polygons.counts)), polygons.counts)
-    require_indices(polygons.corners, faces_of_corners, len(vertices))
+    require_corners(polygons, len(vertices))
     with np.errstate(all="ignore"):  # what is not finite is left to cleaning
-        return TriangleMesh(vertices, triangulate(vertices, polygons))
+        return TriangleMesh(vertices, frozen(triangulate(vertices, polygons)))
 
 
 def points_and_lines(polygons: Polygons) -> tuple[str, ...]:
@@ -85,6 +85,29 @@ def require_faces(n_vertices: int, n_faces: int) -> None:
             f"the file has points but no faces ({n_vertices:,} points): it is a point cloud; "
             "expected a surface: make one of it first, for example with MeshLab"
         )
+
+
+def require_corners(polygons: Polygons, n_vertices: int, *, first: int = 0) -> None:
+    """Raise ``InvalidMeshError`` naming the first corner of a polygon that is no vertex.
+
+    Parameters
+    ----------
+    polygons : Polygons
+        Corners are indices from 0.
+    n_vertices : int
+        How many vertices there are.
+    first : int
+        What the format calls its first vertex, for the message (1 in OBJ).
+
+    Raises
+    ------
+    InvalidMeshError
+        An index below 0 or from ``n_vertices`` on.
+    """
+    corners = polygons.corners
+    if len(corners) and (corners.min() < 0 or corners.max() >= n_vertices):
+        faces_of_corners = np.repeat(np.arange(len(polygons.counts)), polygons.counts)
+        require_indices(corners, faces_of_corners, n_vertices, first=first)
 
 
 def require_indices(

@@ -35,9 +35,12 @@ def triangulate(vertices: FloatArray, polygons: Polygons) -> IntArray:
     Returns
     -------
     (m, 3) int64
-        Two triangles fewer than corners for each polygon; some may have no area.
+        Two triangles fewer than corners for each polygon; some may have no area. A view of the
+        corners where all polygons are triangles.
     """
     counts = polygons.counts
+    if (counts == 3).all():
+        return polygons.corners.reshape(-1, 3)
     starts = np.cumsum(counts) - counts  # (p,)
     by_count = np.argsort(counts, kind="stable")
     by_count = by_count[counts[by_count] >= 3]
