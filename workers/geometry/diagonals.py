@@ -16,7 +16,7 @@ LEAST_GAIN = 0.01  # of the angles' sum beyond π, in radians: below, one diagon
 FLATNESS = 0.02  # how far apart both diagonals may pass, in units of the edge that is turned
 
 
-def turn_edges(mesh: TriangleMesh) -> TriangleMesh:
+def turn_edges(mesh: TriangleMesh, *, since: int = 0) -> TriangleMesh:
     """Turn edges until both angles that face an edge sum to π at most (Delaunay 1934).
 
     Only edges between two faces that lie nearly in a plane are turned: the surface stays where it
@@ -26,6 +26,8 @@ def turn_edges(mesh: TriangleMesh) -> TriangleMesh:
     ----------
     mesh : TriangleMesh
         Of any unit.
+    since : int
+        Vertices from this number on are new: elsewhere no edge is to be turned.
 
     Returns
     -------
@@ -34,7 +36,8 @@ def turn_edges(mesh: TriangleMesh) -> TriangleMesh:
         turned.
     """
     faces = mesh.faces.copy()
-    changed = np.ones(len(faces), dtype=np.bool_)  # (m,) faces with edges that were not looked at
+    # Faces with edges that were not looked at.
+    changed: BoolArray = np.asarray((faces >= since).any(axis=1))  # (m,)
     for _ in range(ROUNDS):
         touched = np.zeros(mesh.n_vertices, dtype=np.bool_)
         touched[faces[changed]] = True

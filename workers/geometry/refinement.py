@@ -51,7 +51,7 @@ def _quartered(mesh: TriangleMesh) -> TriangleMesh:
 
 
 def split_long_edges(mesh: TriangleMesh, *, longest: float, most: int) -> TriangleMesh:
-    """Halve edges that are too long, and turn those that face large angles afterwards.
+    """Halve edges that are too long, and turn those beside them that face large angles afterwards.
 
     Flat pieces of a mesh that was simplified have few vertices, since none was needed for their
     form. The functions on them need some.
@@ -79,7 +79,7 @@ def split_long_edges(mesh: TriangleMesh, *, longest: float, most: int) -> Triang
         halved[order[along[order] > longest]] = True
         if not halved.any():
             break
-        mesh = turn_edges(_halved(mesh, edges, halved))
+        mesh = turn_edges(_halved(mesh, edges, halved), since=mesh.n_vertices)
     return mesh
 
 

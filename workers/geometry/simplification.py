@@ -104,7 +104,7 @@ def decimate_by_error(
     aggressiveness: float,
     *,
     keep_border: bool,
-    traced: bool = True,
+    rough: bool = False,
 ) -> Coarser:
     """Mesh of about so many vertices by quadric error (Garland, Heckbert 1997), unchecked.
 
@@ -122,8 +122,9 @@ def decimate_by_error(
         How fast the error allowed grows; the smaller, the more strictly small errors go first.
     keep_border : bool
         Whether edges of the boundary stay.
-    traced : bool
-        Whether somebody asks what became of the vertices.
+    rough : bool
+        Whether edges and vertices stay as they come, since another level follows, and nobody asks
+        what became of the vertices.
 
     Returns
     -------
@@ -142,10 +143,12 @@ def decimate_by_error(
             preserve_border=keep_border,
             return_collapses=True,
         )
-        to = collapsed(collapses, mesh.n_vertices) if traced else np.zeros(0, dtype=np.int64)
-        if traced and to.max(initial=-1) + 1 != len(points):  # a vertex has lost all its faces
+        to = np.zeros(0, dtype=np.int64) if rough else collapsed(collapses, mesh.n_vertices)
+        if not rough and to.max(initial=-1) + 1 != len(points):  # a vertex has lost all its faces
             _, _, to = fast_simplification.replay_simplification(vertices, corners, collapses)
     found = TriangleMesh(points / MAGNIFIED, triangles.astype(np.int64))
+    if rough:
+        return _without_useless(found.vertices, found.faces, to)
     merged, into = merge_needles(found)
     shaped = turn_edges(merged)
     longest = LONGEST_EDGE * float(np.sqrt(mesh.area / target))
@@ -356,7 +359,7 @@ def _first_sound(
     notes: list[str] = []
     original = mesh
     if mesh.n_vertices > ENOUGH * LARGEST_CHECKED > vertices:
-        fine = _best_attempt(mesh, LARGEST_CHECKED, _untraced(decimate), lenient=True)
+        fine = _best_attempt(mesh, LARGEST_CHECKED, _rough(decimate), lenient=True)
         if fine.coarse.mesh.n_faces:
             notes += fine.notes(taken=True)
             mesh = fine.coarse.mesh
@@ -379,9 +382,9 @@ def _first_sound(
     return attempt.coarse.mesh, (*notes, f"{TAKEN}: the mesh itself is too large")
 
 
-def _untraced(decimate: Decimate) -> Decimate:
-    """The same, without what became of the vertices, which takes as long again and its memory."""
-    return partial(decimate_by_error, traced=False) if decimate is decimate_by_error else decimate
+def _rough(decimate: Decimate) -> Decimate:
+    """The same for a level that another one follows, in half the time and memory."""
+    return partial(decimate_by_error, rough=True) if decimate is decimate_by_error else decimate
 
 
 def _best_attempt(
