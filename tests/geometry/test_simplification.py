@@ -190,7 +190,7 @@ def test_a_fine_mesh_of_which_no_level_passes_is_not_kept() -> None:
 
     simplified = simplify(mesh, vertices=1000, decimate=shrinking)
     assert 0.97 * 4000 <= simplified.mesh.n_vertices <= 1.25 * 4000
-    assert simplified.checked[-1] == "taken all the same: the mesh itself is too large"
+    assert simplified.checked[-1].endswith("taken all the same: the mesh itself is too large")
 
 
 def test_a_shard_that_comes_off_is_dropped() -> None:

@@ -13,7 +13,8 @@ from workers.geometry.shared_edges import SharedEdges
 # Chosen, not measured.
 ROUNDS = 30  # most edges are turned in the first five
 LEAST_GAIN = 0.01  # of the angles' sum beyond π, in radians: below, one diagonal is as good
-FLATNESS = 0.02  # how far apart both diagonals may pass, in units of the edge that is turned
+MOST_LOST = 0.01  # of the area of both faces
+FLATNESS = 0.02  # how far apart both diagonals may pass, in units of the shorter one
 
 
 def turn_edges(mesh: TriangleMesh, *, since: int = 0) -> TriangleMesh:
@@ -101,11 +102,15 @@ def _gains(vertices: FloatArray, ends: IntArray, tips: IntArray) -> FloatArray:
     edge, diagonal = b - a, d - c
     between = cross(edge, diagonal)
     apart = np.abs((between * ca).sum(axis=1))  # times the length of `between`
-    flat = apart <= FLATNESS * lengths(edge) * lengths(between)
+    shorter = np.minimum(lengths(edge), lengths(diagonal))
+    flat = apart <= FLATNESS * shorter * lengths(between)
     # Both new faces look to where the old ones do.
     normal = normal_c + normal_d
     upright = ((cross(diagonal, cb) * normal).sum(axis=1) > 0.0) & (
         (cross(-diagonal, da) * normal).sum(axis=1) > 0.0
     )
+    areas = lengths(normal_c) + lengths(normal_d)
+    new = lengths(cross(diagonal, cb)) + lengths(cross(diagonal, da))
+    flat &= np.abs(new - areas) <= MOST_LOST * areas
     gains: FloatArray = np.where(flat & upright, angles_c + angles_d - np.pi, 0.0)
     return gains

@@ -6,6 +6,8 @@ near the coarser mesh's own eigenvalues, no connection was cut or narrowed. Noth
 mesh itself, which may be ten times as fine (decision 0032).
 """
 
+from dataclasses import dataclass
+
 import numpy as np
 import scipy.linalg
 from scipy import sparse
@@ -28,7 +30,23 @@ SWEEPS = 4  # between two looks
 MOST_LOOKS = 12
 
 
-def eigenvalue_faults(mesh: TriangleMesh, coarse: TriangleMesh, to: IntArray) -> list[str]:
+@dataclass(frozen=True)
+class Likeness:
+    """How far the first eigenvalues of a coarser mesh are from those of the mesh it came from.
+
+    Attributes
+    ----------
+    error : float
+        The largest relative one; infinite where nothing is known.
+    fault : str
+        What is wrong, in a sentence; empty where nothing is.
+    """
+
+    error: float
+    fault: str
+
+
+def compare_eigenvalues(mesh: TriangleMesh, coarse: TriangleMesh, to: IntArray) -> Likeness:
     """Compare the first eigenvalues for unit area of a coarser mesh with those of a mesh.
 
     Parameters
@@ -42,30 +60,27 @@ def eigenvalue_faults(mesh: TriangleMesh, coarse: TriangleMesh, to: IntArray) ->
 
     Returns
     -------
-    list of str
-        What is wrong, in a sentence; empty where nothing is.
-
+    Likeness
+        Of bounds, or of the eigenvalues themselves where the bounds doubt and the mesh is small.
     """
     try:
         spectrum = compute_spectrum(coarse, n_eigenpairs=CHECKED_EIGENVALUES)
     except SpectrumError:
-        return ["the first eigenvalues cannot be certified"]
+        return Likeness(np.inf, "the first eigenvalues cannot be certified")
     own = spectrum.eigenvalues * coarse.area  # (k,)
-    errors = _upper_bounds(mesh, coarse, to, spectrum.eigenvectors, own) / own - 1.0
-    if np.abs(errors).max(initial=0.0) <= LARGEST_ERROR:
-        return []
-    if mesh.n_vertices <= LARGEST_SOLVED:  # a bound may be too high: the truth decides
-        try:
+    errors = np.abs(_upper_bounds(mesh, coarse, to, spectrum.eigenvectors, own) / own - 1.0)
+    if errors.max(initial=0.0) > LARGEST_ERROR and mesh.n_vertices <= LARGEST_SOLVED:
+        try:  # a bound may be too high: the truth decides
             truth = first_eigenvalues(mesh, len(own)) * mesh.area
         except SpectrumError:  # of what cannot be solved the coarser mesh may well be sound
-            return []
-        errors = own / truth - 1.0
-        if np.abs(errors).max() <= LARGEST_ERROR:
-            return []
+            return Likeness(0.0, "")
+        errors = np.abs(own / truth - 1.0)
     if not np.isfinite(errors).all():
-        return ["the first eigenfunctions cannot be carried over"]
-    worst = int(np.abs(errors).argmax())
-    return [f"eigenvalue {worst + 1} is {abs(errors[worst]):.0%} off"]
+        return Likeness(np.inf, "the first eigenfunctions cannot be carried over")
+    largest = float(errors.max(initial=0.0))
+    if largest <= LARGEST_ERROR:
+        return Likeness(largest, "")
+    return Likeness(largest, f"eigenvalue {int(errors.argmax()) + 1} is {largest:.0%} off")
 
 
 def _upper_bounds(

@@ -14,7 +14,9 @@ from workers.geometry.shared_edges import SharedEdges
 
 # Chosen, not measured.
 SHORT = 0.1  # of the longest edge of both faces of an edge
-FLAT = 1e-3  # height over longest edge of a face that looks nowhere
+FLAT = 1e-4  # height over longest edge of a face that looks nowhere
+LEAST_COSINE = 0.95  # of the angle by which a face may turn
+MOST_LOST = 0.01  # of the area of the faces around
 ROUNDS = 30  # five or so are enough
 
 
@@ -22,7 +24,7 @@ def merge_needles(mesh: TriangleMesh) -> tuple[TriangleMesh, IntArray]:
     """Shrink edges that are short beside those around them, each to its middle.
 
     An edge shrinks where its ends have no common neighbours but the tips of its two faces, so that
-    no piece of the surface is closed off, and where no face is turned over.
+    no piece of the surface is closed off, and where the surface around stays where it is.
 
     Parameters
     ----------
@@ -52,9 +54,9 @@ def merge_needles(mesh: TriangleMesh) -> tuple[TriangleMesh, IntArray]:
             break
         apart = _far_apart(pairs, graph)
         pairs, middles = pairs[apart], middles[apart]
-        upright = _stay_upright(vertices, faces, pairs, middles)
-        refused = np.concatenate([refused, edge_keys(pairs[~upright], n)])
-        pairs, middles = pairs[upright], middles[upright]
+        kept = _keep_the_surface(vertices, faces, pairs, middles)
+        refused = np.concatenate([refused, edge_keys(pairs[~kept], n)])
+        pairs, middles = pairs[kept], middles[kept]
         numbers = np.arange(n)
         numbers[pairs[:, 1]] = pairs[:, 0]
         vertices[pairs[:, 0]] = middles
@@ -117,24 +119,30 @@ def _far_apart(pairs: IntArray, graph: sparse.csr_array) -> BoolArray:
     return far
 
 
-def _stay_upright(
+def _keep_the_surface(
     vertices: FloatArray, faces: IntArray, pairs: IntArray, middles: FloatArray
 ) -> BoolArray:
-    """Whether no face is turned over when each pair (e, 2) moves to its middle (e, 3)."""
+    """Whether the surface stays where it is when each pair (e, 2) moves to its middle (e, 3).
+
+    The faces around look where they did, and have as much area together.
+    """
     moved = vertices.copy()
     owner = np.full(len(vertices), -1)
     for side in range(2):
         moved[pairs[:, side]] = middles
         owner[pairs[:, side]] = np.arange(len(pairs))
-    touched = (owner[faces] >= 0).sum(axis=1) == 1  # those with both ends vanish
-    around = faces[touched]
-    owners = owner[around].max(axis=1)
-    before = _normals(vertices, around)
-    flat = lengths(before) < FLAT * _longest_edges(vertices, around) ** 2  # look nowhere
-    turned = ~flat & ((before * _normals(moved, around)).sum(axis=1) < 0.0)
-    upright = np.ones(len(pairs), dtype=np.bool_)
-    upright[owners[turned]] = False
-    return upright
+    owners = owner[faces].max(axis=1)
+    touched = owners >= 0
+    around, owners = faces[touched], owners[touched]
+    before, after = _normals(vertices, around), _normals(moved, around)
+    sizes, left = lengths(before), lengths(after)  # those with both ends vanish: 0
+    flat = sizes < FLAT * _longest_edges(vertices, around) ** 2  # look nowhere
+    turned = ~flat & ((before * after).sum(axis=1) < LEAST_COSINE * sizes * left)
+    kept = np.ones(len(pairs), dtype=np.bool_)
+    kept[owners[turned]] = False
+    total, rest = (np.bincount(owners, x, len(pairs)) for x in (sizes, left))
+    kept &= np.abs(rest - total) <= MOST_LOST * total
+    return kept
 
 
 def _longest_edges(vertices: FloatArray, faces: IntArray) -> FloatArray:

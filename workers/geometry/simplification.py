@@ -7,7 +7,7 @@ Where a level broke something, the next one takes twice as many vertices.
 """
 
 import threading
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import Protocol
 
@@ -21,7 +21,7 @@ from workers.geometry.cleaning import useful_faces, without_useless_faces
 from workers.geometry.clustering import clustered
 from workers.geometry.diagonals import turn_edges
 from workers.geometry.edges import edge_lengths, undirected_edges
-from workers.geometry.likeness import eigenvalue_faults
+from workers.geometry.likeness import compare_eigenvalues
 from workers.geometry.mesh import TriangleMesh
 from workers.geometry.needles import merge_needles
 from workers.geometry.refinement import split_long_edges
@@ -48,6 +48,8 @@ JITTER = 0.01  # of an edge, to each side
 JITTER_SEED = 20261128
 LONGEST_EDGE = 2.5  # in units of the root of a vertex's share of the area: longer ones are halved
 MOST_SPLIT = 0.25  # of the vertices asked for
+LARGEST_KEPT = 22_000  # vertices of a mesh that stays as it is where no level is sound
+AS_GOOD = 1.25  # times the error of a finer level
 AGGRESSIVENESS = (7.0, 4.0)  # of the error threshold's growth: tried in this order
 LARGEST_VALENCE = 20_000  # the simplifier takes the square of it
 
@@ -110,7 +112,7 @@ def decimate_by_error(
 
     A flat piece has no error at all: its vertices would go in the order of their numbers and come
     to lie anywhere. So a little noise makes errors grow with what was merged, needles are merged,
-    edges are turned, and what is too coarse for functions is made finer.
+    and edges are turned.
 
     Parameters
     ----------
@@ -151,8 +153,6 @@ def decimate_by_error(
         return _without_useless(found.vertices, found.faces, to)
     merged, into = merge_needles(found)
     shaped = turn_edges(merged)
-    longest = LONGEST_EDGE * float(np.sqrt(mesh.area / target))
-    shaped = split_long_edges(shaped, longest=longest, most=round(MOST_SPLIT * target))
     return _without_useless(shaped.vertices, shaped.faces, into[to])
 
 
@@ -225,7 +225,11 @@ def _nothing(n_vertices: int) -> Coarser:
 
 
 def simplify(
-    mesh: TriangleMesh, *, vertices: int, decimate: Decimate = decimate_by_error
+    mesh: TriangleMesh,
+    *,
+    vertices: int,
+    decimate: Decimate = decimate_by_error,
+    for_functions: bool = True,
 ) -> Simplified:
     """Mesh of about so many vertices that keeps the components, area, loops and eigenvalues.
 
@@ -233,8 +237,8 @@ def simplify(
     gets the same working mesh. A level that changes components, area or first eigenvalues is made
     again finer. So is one that changes the number of boundary loops or the Euler characteristic,
     once: noise has a thousand handles. Where nothing passes at four times the vertices, a mesh that
-    has not many more is kept. Of a larger one the finest level is taken, and that is said: what a
-    shape costs must stay bounded.
+    has not many more is kept. Of a larger one the level whose eigenvalues are nearest is taken, and
+    that is said: what a shape costs must stay bounded.
 
     Parameters
     ----------
@@ -244,6 +248,10 @@ def simplify(
         A mesh with hardly more is returned as it is.
     decimate : function
         Makes one level; what it returns is checked.
+    for_functions : bool
+        Whether long edges are halved in the end: flat pieces have few vertices, since none was
+        needed for their form, and the functions on them need some. At most a fourth of the vertices
+        asked for is added.
 
     Returns
     -------
@@ -281,6 +289,9 @@ def simplify(
     found, notes = _first_sound(canonical, vertices, decimate)
     if found is canonical and clusters is None:
         return Simplified(mesh, notes)
+    if for_functions:
+        longest = LONGEST_EDGE * float(np.sqrt(found.area / vertices))
+        found = split_long_edges(found, longest=longest, most=round(MOST_SPLIT * vertices))
     faces = found.faces[:, ::-1] if frame.mirrored else found.faces
     return Simplified(TriangleMesh(frame.leave(found.vertices), faces), notes)
 
@@ -339,11 +350,12 @@ class _Invariants:
 
 @dataclass(frozen=True, eq=False)
 class _Attempt:
-    """One level, and what is wrong with it."""
+    """One level, and what is wrong with it; the error is that of its eigenvalues, if known."""
 
     coarse: Coarser
     hard: list[str]
     soft: list[str]
+    error: float = np.inf
 
     def notes(self, *, taken: bool = False) -> list[str]:
         """What was wrong, in sentences."""
@@ -363,23 +375,42 @@ def _first_sound(
         if fine.coarse.mesh.n_faces:
             notes += fine.notes(taken=True)
             mesh = fine.coarse.mesh
-    attempt: _Attempt | None = None
+    attempts = []
     for level in LEVELS:
         if mesh.n_vertices <= ENOUGH * level * vertices:
             break
         attempt = _best_attempt(mesh, level * vertices, decimate, lenient=level > 1)
-        faults = attempt.hard + (attempt.soft if level == 1 else [])
-        if not faults:
-            faults = eigenvalue_faults(mesh, attempt.coarse.mesh, attempt.coarse.to)
-            attempt.hard.extend(faults)
+        sound = not attempt.hard and (level > 1 or not attempt.soft)
+        if sound:
+            found = compare_eigenvalues(mesh, attempt.coarse.mesh, attempt.coarse.to)
+            sound = not found.fault
+            attempt = replace(attempt, error=found.error)
+            attempt.hard.extend([found.fault] if found.fault else [])
         notes += attempt.notes()
-        if not faults:
+        if sound:
             return attempt.coarse.mesh, tuple(notes)
-    few = mesh.n_vertices <= ENOUGH * LEVELS[-1] * vertices
-    if attempt is None or few or attempt.coarse.mesh.n_faces == 0:
+        attempts.append(attempt)
+    few = mesh.n_vertices <= min(ENOUGH * LEVELS[-1] * vertices, LARGEST_KEPT)
+    taken = _least_bad(attempts)
+    if few or taken is None:
         kept = [f"kept all {mesh.n_vertices:,} vertices"] if mesh is original else []
         return mesh, (*notes, *kept)
-    return attempt.coarse.mesh, (*notes, f"{TAKEN}: the mesh itself is too large")
+    return taken.mesh, (
+        *notes,
+        f"{taken.mesh.n_vertices:,} vertices {TAKEN}: the mesh itself is too large",
+    )
+
+
+def _least_bad(attempts: list[_Attempt]) -> Coarser | None:
+    """Of levels that all have faults the coarsest with about the smallest error, or the finest.
+
+    What is as far off with twice the vertices is no fault of the simplification.
+    """
+    usable = [attempt for attempt in attempts if attempt.coarse.mesh.n_faces]
+    least = min((attempt.error for attempt in usable), default=np.inf)
+    if not usable or not np.isfinite(least):
+        return usable[-1].coarse if usable else None
+    return next(attempt.coarse for attempt in usable if attempt.error <= AS_GOOD * least)
 
 
 def _rough(decimate: Decimate) -> Decimate:
