@@ -67,8 +67,8 @@ def test_steps_say_what_they_did() -> None:
     prepared = prepare(cylinder(90, 90), default_view(working_vertices=1500))
     assert len(prepared.notes) == 3
     assert re.fullmatch(r"cap-holes: added [\d,]+ faces", prepared.notes[0])
-    assert re.fullmatch(r"coarsen: [\d,]+ vertices made 3,[01]\d\d", prepared.notes[1])
-    assert re.fullmatch(r"simplify: 3,[01]\d\d vertices made 1,[56]\d\d", prepared.notes[2])
+    assert re.fullmatch(r"coarsen: [\d,]+ vertices made (2,9|3,0)\d\d", prepared.notes[1])
+    assert re.fullmatch(r"simplify: (2,9|3,0)\d\d vertices made 1,[45]\d\d", prepared.notes[2])
 
 
 def test_a_mesh_that_needs_nothing_is_returned_as_it_is() -> None:

@@ -109,9 +109,16 @@ def test_a_broken_connection_is_found_and_redone_finer() -> None:
     mesh = dumbbell()
 
     def cutting(
-        mesh: TriangleMesh, target: int, aggressiveness: float, *, keep_border: bool
+        mesh: TriangleMesh,
+        target: int,
+        aggressiveness: float,
+        *,
+        keep_border: bool,
+        shaken: bool = False,
     ) -> Coarser:
-        coarse = decimate_by_error(mesh, target, aggressiveness, keep_border=keep_border)
+        coarse = decimate_by_error(
+            mesh, target, aggressiveness, keep_border=keep_border, shaken=shaken
+        )
         if target > 1500:
             return coarse
         made = coarse.mesh
@@ -130,9 +137,16 @@ def test_eigenvalues_that_moved_are_found() -> None:
     mesh = dumbbell()
 
     def strangling(
-        mesh: TriangleMesh, target: int, aggressiveness: float, *, keep_border: bool
+        mesh: TriangleMesh,
+        target: int,
+        aggressiveness: float,
+        *,
+        keep_border: bool,
+        shaken: bool = False,
     ) -> Coarser:
-        coarse = decimate_by_error(mesh, target, aggressiveness, keep_border=keep_border)
+        coarse = decimate_by_error(
+            mesh, target, aggressiveness, keep_border=keep_border, shaken=shaken
+        )
         if target > 1500:
             return coarse
         made = coarse.mesh
@@ -183,9 +197,16 @@ def test_a_fine_mesh_of_which_no_level_passes_is_not_kept() -> None:
     mesh = bumpy_sphere(5)
 
     def shrinking(
-        mesh: TriangleMesh, target: int, aggressiveness: float, *, keep_border: bool
+        mesh: TriangleMesh,
+        target: int,
+        aggressiveness: float,
+        *,
+        keep_border: bool,
+        shaken: bool = False,
     ) -> Coarser:
-        coarse = decimate_by_error(mesh, target, aggressiveness, keep_border=keep_border)
+        coarse = decimate_by_error(
+            mesh, target, aggressiveness, keep_border=keep_border, shaken=shaken
+        )
         return Coarser(scaled(coarse.mesh, 0.9), coarse.to)
 
     simplified = simplify(mesh, vertices=1000, decimate=shrinking)
@@ -197,9 +218,16 @@ def test_a_shard_that_comes_off_is_dropped() -> None:
     mesh = bumpy_sphere(4)
 
     def splintering(
-        mesh: TriangleMesh, target: int, aggressiveness: float, *, keep_border: bool
+        mesh: TriangleMesh,
+        target: int,
+        aggressiveness: float,
+        *,
+        keep_border: bool,
+        shaken: bool = False,
     ) -> Coarser:
-        coarse = decimate_by_error(mesh, target, aggressiveness, keep_border=keep_border)
+        coarse = decimate_by_error(
+            mesh, target, aggressiveness, keep_border=keep_border, shaken=shaken
+        )
         shard = translated(scaled(icosphere(0), 0.001), (1.0, 0.0, 0.0))
         return Coarser(union(coarse.mesh, shard), coarse.to)
 

@@ -17,7 +17,7 @@ MOST_LOST = 0.01  # of the area of both faces
 FLATNESS = 0.02  # how far apart both diagonals may pass, in units of the shorter one
 
 
-def turn_edges(mesh: TriangleMesh, *, since: int = 0) -> TriangleMesh:
+def turn_edges(mesh: TriangleMesh) -> TriangleMesh:
     """Turn edges until both angles that face an edge sum to π at most (Delaunay 1934).
 
     Only edges between two faces that lie nearly in a plane are turned: the surface stays where it
@@ -27,8 +27,6 @@ def turn_edges(mesh: TriangleMesh, *, since: int = 0) -> TriangleMesh:
     ----------
     mesh : TriangleMesh
         Of any unit.
-    since : int
-        Vertices from this number on are new: elsewhere no edge is to be turned.
 
     Returns
     -------
@@ -37,8 +35,7 @@ def turn_edges(mesh: TriangleMesh, *, since: int = 0) -> TriangleMesh:
         turned.
     """
     faces = mesh.faces.copy()
-    # Faces with edges that were not looked at.
-    changed: BoolArray = np.asarray((faces >= since).any(axis=1))  # (m,)
+    changed = np.ones(len(faces), dtype=np.bool_)  # (m,) faces with edges that were not looked at
     for _ in range(ROUNDS):
         touched = np.zeros(mesh.n_vertices, dtype=np.bool_)
         touched[faces[changed]] = True

@@ -115,12 +115,9 @@ def _refine(mesh: TriangleMesh, parameters: Mapping[str, float]) -> _Outcome:
     return refined, (f"{mesh.n_vertices:,} vertices made {refined.n_vertices:,}",)
 
 
-def _simplify(
-    mesh: TriangleMesh, parameters: Mapping[str, float], *, for_functions: bool = True
-) -> _Outcome:
+def _simplify(mesh: TriangleMesh, parameters: Mapping[str, float]) -> _Outcome:
     """Run the step "simplify"."""
-    vertices = int(parameters["vertices"])
-    simplified = simplify(mesh, vertices=vertices, for_functions=for_functions)
+    simplified = simplify(mesh, vertices=int(parameters["vertices"]))
     if simplified.mesh is mesh:
         return mesh, simplified.checked
     sentence = f"{mesh.n_vertices:,} vertices made {simplified.mesh.n_vertices:,}"
@@ -131,7 +128,7 @@ def _coarsen(mesh: TriangleMesh, parameters: Mapping[str, float]) -> _Outcome:
     """Run the step "coarsen": simplify what has more than twice the vertices."""
     if mesh.n_vertices <= WORTH_COARSENING * parameters["vertices"]:
         return mesh, ()
-    return _simplify(mesh, parameters, for_functions=False)
+    return _simplify(mesh, parameters)
 
 
 def _fair(mesh: TriangleMesh, parameters: Mapping[str, float]) -> _Outcome:

@@ -24,7 +24,6 @@ from workers.geometry.edges import edge_lengths, undirected_edges
 from workers.geometry.likeness import compare_eigenvalues
 from workers.geometry.mesh import TriangleMesh
 from workers.geometry.needles import merge_needles
-from workers.geometry.refinement import split_long_edges
 from workers.geometry.topology import (
     boundary_edges,
     boundary_loops,
@@ -43,14 +42,14 @@ LARGEST_CHECKED = 60_000  # vertices: finer meshes come down to these by what is
 LEVELS = (1, 2, 4)  # multiples of the vertices asked for
 LARGEST_AREA_ERROR = 0.05  # relative; sound levels were within 0.02
 SHARD = 1e-3  # of the area: a piece that came off and has less is dropped
-MAGNIFIED = 1000.0  # the simplifier's thresholds begin far below the errors of a surface so large
 JITTER = 0.01  # of an edge, to each side
 JITTER_SEED = 20261128
-LONGEST_EDGE = 2.5  # in units of the root of a vertex's share of the area: longer ones are halved
-MOST_SPLIT = 0.25  # of the vertices asked for
+STUCK = 1.15  # times the vertices asked for: the simplifier came to no end
 LARGEST_KEPT = 22_000  # vertices of a mesh that stays as it is where no level is sound
 AS_GOOD = 1.25  # times the error of a finer level
-AGGRESSIVENESS = (7.0, 4.0)  # of the error threshold's growth: tried in this order
+WAYS = ((7.0, False), (4.0, False), (7.0, True))
+"""Growth of the error's threshold, and whether vertices are shaken: tried in this order."""
+
 LARGEST_VALENCE = 20_000  # the simplifier takes the square of it
 
 TAKEN = "taken all the same"
@@ -95,7 +94,13 @@ class Decimate(Protocol):
     """Makes a coarser mesh, as `decimate_by_error` does."""
 
     def __call__(
-        self, mesh: TriangleMesh, target: int, aggressiveness: float, *, keep_border: bool
+        self,
+        mesh: TriangleMesh,
+        target: int,
+        aggressiveness: float,
+        *,
+        keep_border: bool,
+        shaken: bool = False,
     ) -> Coarser:
         """Mesh of about ``target`` vertices."""
 
@@ -106,13 +111,13 @@ def decimate_by_error(
     aggressiveness: float,
     *,
     keep_border: bool,
+    shaken: bool = False,
     rough: bool = False,
 ) -> Coarser:
     """Mesh of about so many vertices by quadric error (Garland, Heckbert 1997), unchecked.
 
-    A flat piece has no error at all: its vertices would go in the order of their numbers and come
-    to lie anywhere. So a little noise makes errors grow with what was merged, needles are merged,
-    and edges are turned.
+    A flat piece has no error, so its vertices come to lie anywhere. Needles are merged, and edges
+    are turned. Where that does not do, a little noise makes errors grow with what was merged.
 
     Parameters
     ----------
@@ -124,6 +129,8 @@ def decimate_by_error(
         How fast the error allowed grows; the smaller, the more strictly small errors go first.
     keep_border : bool
         Whether edges of the boundary stay.
+    shaken : bool
+        Whether vertices get a little noise first.
     rough : bool
         Whether edges and vertices stay as they come, since another level follows, and nobody asks
         what became of the vertices.
@@ -135,7 +142,7 @@ def decimate_by_error(
     """
     n_faces = round(mesh.n_faces * target / mesh.n_vertices)
     corners = mesh.faces.astype(np.int32)
-    vertices = MAGNIFIED * (mesh.vertices + _jitter(mesh))
+    vertices = mesh.vertices + _jitter(mesh) if shaken else mesh.vertices.copy()
     with ONE_AT_A_TIME:
         points, triangles, collapses = fast_simplification.simplify(
             vertices.copy(),
@@ -148,7 +155,7 @@ def decimate_by_error(
         to = np.zeros(0, dtype=np.int64) if rough else collapsed(collapses, mesh.n_vertices)
         if not rough and to.max(initial=-1) + 1 != len(points):  # a vertex has lost all its faces
             _, _, to = fast_simplification.replay_simplification(vertices, corners, collapses)
-    found = TriangleMesh(points / MAGNIFIED, triangles.astype(np.int64))
+    found = TriangleMesh(points, triangles.astype(np.int64))
     if rough:
         return _without_useless(found.vertices, found.faces, to)
     merged, into = merge_needles(found)
@@ -225,11 +232,7 @@ def _nothing(n_vertices: int) -> Coarser:
 
 
 def simplify(
-    mesh: TriangleMesh,
-    *,
-    vertices: int,
-    decimate: Decimate = decimate_by_error,
-    for_functions: bool = True,
+    mesh: TriangleMesh, *, vertices: int, decimate: Decimate = decimate_by_error
 ) -> Simplified:
     """Mesh of about so many vertices that keeps the components, area, loops and eigenvalues.
 
@@ -248,10 +251,6 @@ def simplify(
         A mesh with hardly more is returned as it is.
     decimate : function
         Makes one level; what it returns is checked.
-    for_functions : bool
-        Whether long edges are halved in the end: flat pieces have few vertices, since none was
-        needed for their form, and the functions on them need some. At most a fourth of the vertices
-        asked for is added.
 
     Returns
     -------
@@ -289,9 +288,6 @@ def simplify(
     found, notes = _first_sound(canonical, vertices, decimate)
     if found is canonical and clusters is None:
         return Simplified(mesh, notes)
-    if for_functions:
-        longest = LONGEST_EDGE * float(np.sqrt(found.area / vertices))
-        found = split_long_edges(found, longest=longest, most=round(MOST_SPLIT * vertices))
     faces = found.faces[:, ::-1] if frame.mirrored else found.faces
     return Simplified(TriangleMesh(frame.leave(found.vertices), faces), notes)
 
@@ -430,15 +426,19 @@ def _best_attempt(
     n_rim = len(ascending(boundary_edges(mesh)))
     borders = (False, True) if 0 < n_rim <= target // 2 else (False,)
     for keep_border in borders:
-        for aggressiveness in AGGRESSIVENESS:
+        for aggressiveness, shaken in WAYS:
             coarse = _without_shards(
-                decimate(mesh, target, aggressiveness, keep_border=keep_border)
+                decimate(mesh, target, aggressiveness, keep_border=keep_border, shaken=shaken)
             )
             if coarse.mesh.n_faces == 0:
                 continue
             found = _Invariants.of(coarse.mesh)
-            attempt = _Attempt(coarse, invariants.hard_faults(found), invariants.soft_faults(found))
-            if not attempt.hard and (lenient or not attempt.soft):
+            soft = invariants.soft_faults(found)
+            if coarse.mesh.n_vertices > STUCK * target:
+                soft.append(f"asked for {target:,}")
+            attempt = _Attempt(coarse, invariants.hard_faults(found), soft)
+            stuck = coarse.mesh.n_vertices > STUCK * target
+            if not attempt.hard and not stuck and (lenient or not attempt.soft):
                 return attempt
             tried.append(attempt)
     if not tried:
