@@ -36,7 +36,7 @@ def test_eigenfunctions_of_a_folded_sheet_are_those_of_the_flat_one() -> None:
     for column in range(3):  # λ = π² p²/3.3², p = 1, 2, 3: all simple
         first, second = aligned(found, column)
         # linear between 500 vertices
-        assert_allclose(first, second, atol=0.06 * np.abs(first).max())
+        assert_allclose(first, second, atol=0.08 * np.abs(first).max())
 
 
 def test_duplicate_and_unused_vertices_of_the_file_do_not_matter() -> None:
