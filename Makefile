@@ -45,7 +45,7 @@ check: $(VENV)/.dev ## lint, types and import contracts
 benchmark: $(VENV)/.dev ## measure side by side with peers
 	$(BIN)/python -m benchmarks
 
-train-default: $(VENV)/.runtime ## train the model that comes with Proteus anew (an hour or more; goes on where it was)
+train-default: $(VENV)/.runtime ## train the model that comes with Proteus anew (15 minutes on two processors; goes on where it was)
 	@$(BIN)/python -m benchmarks.default_model --data-dir $(TRAINING)
 
 lock: ## resolve the dependencies anew (needs uv on the PATH)
