@@ -54,14 +54,11 @@ def draw_costs(found: Sequence[Mapping[str, Any]], folder: Path) -> Path:
         axes.set(
             xscale="log",
             yscale="log",
-            xlabel="vertices of the file",
+            xlabel="vertices of the file (lines: medians of creatures; dots: real meshes)",
             ylabel="seconds of one processor",
             title="From file to descriptor",
         )
-        axes.legend(loc="upper left")
-        figure.text(
-            0.99, 0.01, "lines: medians of creatures; dots: real meshes", ha="right", fontsize=8
-        )
+        axes.legend(loc="lower right")
         folder.mkdir(parents=True, exist_ok=True)
         path = folder / f"{NAME}.png"
         figure.savefig(path, dpi=style.DPI, metadata={"Software": None})
