@@ -1343,7 +1343,7 @@ export interface components {
             n_boundary_loops: number | null;
             /**
              * Repairs
-             * @description what reading and cleaning did
+             * @description what reading and cleaning did, and what was unusual in solving
              */
             repairs: string[];
             /**
