@@ -115,3 +115,10 @@ def test_edges_of_random_faces_are_those_that_counting_gives(seed: int) -> None:
         [a, b] for a, b in directed_edges(faces).tolist() if counts[min(a, b), max(a, b)] == 1
     ]
     assert found == expected
+
+
+def test_a_star_of_many_edges_is_one_component() -> None:
+    """Its middle has the largest number: whoever joins two at a time takes the square of it."""
+    n = 300_000
+    spokes = np.stack([np.arange(n - 1), np.full(n - 1, n - 1)], axis=1)
+    assert not component_labels(spokes, n).any()

@@ -2,6 +2,7 @@
 
 import numpy as np
 from scipy import sparse
+from scipy.sparse.csgraph import connected_components
 
 from workers.geometry.arrays import FloatArray, IntArray, ascending, lengths
 from workers.geometry.mesh import TriangleMesh
@@ -198,22 +199,8 @@ def component_labels(edges: IntArray, n_vertices: int) -> IntArray:
     (n,) int64
         From 0 without gaps, in the order of the components' first vertices.
     """
-    # Every vertex points to a smaller one that it is connected to, until none is left to point to.
-    # So the root of a component is its first vertex.
-    roots = np.arange(n_vertices)
-    start, end = edges[:, 0], edges[:, 1]
-    while True:
-        apart = start != end
-        if not apart.any():
-            break
-        start, end = start[apart], end[apart]
-        roots[np.maximum(start, end)] = np.minimum(start, end)
-        while True:  # the roots of the roots
-            further = roots.take(roots)
-            if np.array_equal(further, roots):
-                break
-            roots = further
-        start, end = roots.take(start), roots.take(end)
-    is_root = roots == np.arange(n_vertices)
-    labels: IntArray = (np.cumsum(is_root) - 1).take(roots)
-    return labels
+    ones = np.ones(len(edges), dtype=np.int8)
+    shape = (n_vertices, n_vertices)
+    graph = sparse.coo_array((ones, (edges[:, 0], edges[:, 1])), shape=shape)
+    _, labels = connected_components(graph.tocsr(), directed=False)
+    return np.asarray(labels, dtype=np.int64)
