@@ -93,6 +93,9 @@ def test_one_of_many_components_stands_for_others_of_its_size() -> None:
 def test_a_small_component_is_prepared_with_fewer_vertices() -> None:
     view = default_view()
     assert view.for_share(0.25) is view
+    # In proportion, at least a third: those of a fourth of a body reach as far as the body's.
+    pairs = [view.for_share(weight).eigenpairs for weight in (0.2, 0.125, 0.025)]
+    assert pairs == [80, 50, 34]
     sizes = [step.parameters.get("vertices") for step in view.for_share(0.025).steps]
     assert sizes == [None, 250, 1000, 500, None]
     sizes = [step.parameters.get("vertices") for step in view.for_share(0.125).steps]

@@ -17,14 +17,15 @@ SHORT = 0.1  # of the longest edge of both faces of an edge
 FLAT = 1e-4  # height over longest edge of a face that looks nowhere
 LEAST_COSINE = 0.95  # of the angle by which a face may turn
 MOST_LOST = 0.01  # of the area of the faces around
+MOST_NEIGHBOURS = 200  # comparing those of all short edges of a hub takes the square of them
 ROUNDS = 30  # five or so are enough
 
 
 def merge_needles(mesh: TriangleMesh) -> tuple[TriangleMesh, IntArray]:
     """Shrink edges that are short beside those around them, each to its middle.
 
-    An edge shrinks where its ends have no common neighbours but the tips of its two faces, so that
-    no piece of the surface is closed off, and where the surface around stays where it is.
+    An edge shrinks where its ends have no common neighbours but the tips of its two faces: then no
+    piece of the surface is closed off. And the surface around must stay where it is.
 
     Parameters
     ----------
@@ -81,7 +82,9 @@ def _short_edges(
     on_rim = np.ones(n, dtype=np.bool_)  # on an edge that is not shared, too
     counts = np.bincount(shared.ends.ravel(), minlength=n)
     on_rim[counts == np.bincount(faces.ravel(), minlength=n)] = False
-    chosen = chosen[~on_rim[shared.ends[chosen]].all(axis=1)]
+    crowded = np.diff(graph.indptr) > MOST_NEIGHBOURS  # (n,)
+    ends = shared.ends[chosen]
+    chosen = chosen[~on_rim[ends].all(axis=1) & ~crowded[ends].any(axis=1)]
     ends = shared.ends[chosen]
     common = np.asarray(graph[ends[:, 0]].multiply(graph[ends[:, 1]]).sum(axis=1)).ravel()
     closed = common == 2
