@@ -14,9 +14,9 @@ from tests.meshes import (
     translated,
     union,
 )
+from workers.geometry.decimation import Coarser, decimate_by_error
 from workers.geometry.likeness import CHECKED_EIGENVALUES, LARGEST_ERROR, compare_eigenvalues
 from workers.geometry.mesh import TriangleMesh
-from workers.geometry.simplification import Coarser, decimate_by_error
 from workers.geometry.spectrum import first_eigenvalues
 
 BODIES = {

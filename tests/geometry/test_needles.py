@@ -19,12 +19,12 @@ from tests.meshes import (
 )
 from workers.geometry.arrays import FloatArray, lengths
 from workers.geometry.cleaning import useful_faces
+from workers.geometry.decimation import decimate_by_error
 from workers.geometry.diagonals import turn_edges
 from workers.geometry.edges import undirected_edges
 from workers.geometry.mesh import TriangleMesh
 from workers.geometry.needles import merge_needles
 from workers.geometry.shared_edges import SharedEdges
-from workers.geometry.simplification import decimate_by_error
 from workers.geometry.topology import boundary_loops, euler_characteristic, surface_components
 
 

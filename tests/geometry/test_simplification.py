@@ -7,6 +7,7 @@ from numpy.testing import assert_allclose, assert_array_equal
 
 from tests.meshes import (
     bent_rectangle,
+    box,
     bumpy_sphere,
     cylinder,
     icosphere,
@@ -18,11 +19,14 @@ from tests.meshes import (
     translated,
     union,
 )
+from workers.geometry import simplification
 from workers.geometry.arrays import FloatArray
 from workers.geometry.canonical import canonical_frame
 from workers.geometry.cleaning import clean
+from workers.geometry.decimation import Coarser, collapsed, decimate_by_error
+from workers.geometry.likeness import Likeness
 from workers.geometry.mesh import TriangleMesh
-from workers.geometry.simplification import Coarser, collapsed, decimate_by_error, simplify
+from workers.geometry.simplification import TAKEN, simplify
 from workers.geometry.spectrum import first_eigenvalues
 from workers.geometry.topology import boundary_loops, count_components, euler_characteristic
 
@@ -284,3 +288,27 @@ def test_a_rough_level_has_the_vertices_of_the_simplifier_and_traces_none() -> N
     assert rough.mesh.n_faces == pytest.approx(mesh.n_faces * 800 / mesh.n_vertices, abs=1)
     assert euler_characteristic(rough.mesh) == euler_characteristic(mesh)
     assert len(rough.to) == 0
+
+
+def test_a_flat_body_comes_down_to_the_vertices_asked_for() -> None:
+    """On its flat sides errors are rounding: unless vertices are moved, 6,052 are left."""
+    simplified = simplify(subdivided(box(1.0, 0.7, 0.3), 6), vertices=5000)
+    assert 4500 < simplified.mesh.n_vertices < 5500
+    assert simplified.checked == ()
+
+
+@pytest.mark.parametrize(
+    ("errors", "taken"), [((0.70, 0.69, 0.68), 1000), ((0.70, 0.30, 0.28), 2000), ((3, 2, 1), 4000)]
+)
+def test_where_no_level_is_sound_the_coarsest_is_taken_unless_a_finer_one_is_better(
+    errors: tuple[float, ...], taken: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    left = iter(errors)
+
+    def compared(*_: object) -> Likeness:
+        return Likeness(next(left), "eigenvalue 1 is off")
+
+    monkeypatch.setattr(simplification, "compare_eigenvalues", compared)
+    simplified = simplify(bumpy_sphere(6), vertices=1000)  # too large to be kept
+    assert simplified.mesh.n_vertices == pytest.approx(taken, rel=0.05)
+    assert TAKEN in simplified.checked[-1]

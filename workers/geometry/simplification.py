@@ -6,24 +6,26 @@ and by its first eigenfunctions, which must be nearly eigenfunctions of the mesh
 Where a level broke something, the next one takes twice as many vertices.
 """
 
-import threading
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import Protocol
 
-import fast_simplification
 import numpy as np
 
 from workers.errors import InvalidMeshError
-from workers.geometry.arrays import FloatArray, IntArray, ascending, frozen
+from workers.geometry.arrays import IntArray, ascending, frozen
 from workers.geometry.canonical import canonical_frame, order_by_place, reordered, rounded
-from workers.geometry.cleaning import useful_faces, without_useless_faces
+from workers.geometry.cleaning import without_useless_faces
 from workers.geometry.clustering import clustered
-from workers.geometry.diagonals import turn_edges
-from workers.geometry.edges import edge_lengths, undirected_edges
+from workers.geometry.decimation import (
+    Coarser,
+    Decimate,
+    decimate_by_error,
+    nothing,
+    renumbered,
+)
+from workers.geometry.edges import undirected_edges
 from workers.geometry.likeness import compare_eigenvalues
 from workers.geometry.mesh import TriangleMesh
-from workers.geometry.needles import merge_needles
 from workers.geometry.topology import (
     boundary_edges,
     boundary_loops,
@@ -42,8 +44,6 @@ LARGEST_CHECKED = 60_000  # vertices: finer meshes come down to these by what is
 LEVELS = (1, 2, 4)  # multiples of the vertices asked for
 LARGEST_AREA_ERROR = 0.05  # relative; sound levels were within 0.02
 SHARD = 1e-3  # of the area: a piece that came off and has less is dropped
-JITTER = 0.01  # of an edge, to each side
-JITTER_SEED = 20261128
 STUCK = 1.15  # times the vertices asked for: the simplifier came to no end
 LARGEST_KEPT = 22_000  # vertices of a mesh that stays as it is where no level is sound
 AS_GOOD = 1.25  # times the error of a finer level
@@ -54,8 +54,6 @@ LARGEST_VALENCE = 20_000  # the simplifier takes the square of it
 
 TAKEN = "taken all the same"
 """Words of a note on a level that is not sound, where there was no better one."""
-
-ONE_AT_A_TIME = threading.Lock()  # fast_simplification keeps its mesh in global variables
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,163 +70,6 @@ class Simplified:
 
     mesh: TriangleMesh
     checked: tuple[str, ...]
-
-
-@dataclass(frozen=True, eq=False)
-class Coarser:
-    """A coarser mesh of n vertices of a mesh.
-
-    Attributes
-    ----------
-    mesh : TriangleMesh
-        Without degenerate faces; may have no face at all.
-    to : (n,) int64
-        The vertex of the coarser mesh that each vertex became part of; -1 where it has no face.
-    """
-
-    mesh: TriangleMesh
-    to: IntArray
-
-
-class Decimate(Protocol):
-    """Makes a coarser mesh, as `decimate_by_error` does."""
-
-    def __call__(
-        self,
-        mesh: TriangleMesh,
-        target: int,
-        aggressiveness: float,
-        *,
-        keep_border: bool,
-        shaken: bool = False,
-    ) -> Coarser:
-        """Mesh of about ``target`` vertices."""
-
-
-def decimate_by_error(
-    mesh: TriangleMesh,
-    target: int,
-    aggressiveness: float,
-    *,
-    keep_border: bool,
-    shaken: bool = False,
-    rough: bool = False,
-) -> Coarser:
-    """Mesh of about so many vertices by quadric error (Garland, Heckbert 1997), unchecked.
-
-    A flat piece has no error, so its vertices come to lie anywhere. Needles are merged, and edges
-    are turned. Where that does not do, a little noise makes errors grow with what was merged.
-
-    Parameters
-    ----------
-    mesh : TriangleMesh
-        Of area 1.
-    target : int
-        About how many vertices the result has.
-    aggressiveness : float
-        How fast the error allowed grows; the smaller, the more strictly small errors go first.
-    keep_border : bool
-        Whether edges of the boundary stay.
-    shaken : bool
-        Whether vertices get a little noise first.
-    rough : bool
-        Whether edges and vertices stay as they come, since another level follows, and nobody asks
-        what became of the vertices.
-
-    Returns
-    -------
-    Coarser
-        What became of the mesh and of its vertices.
-    """
-    n_faces = round(mesh.n_faces * target / mesh.n_vertices)
-    corners = mesh.faces.astype(np.int32)
-    vertices = mesh.vertices + _jitter(mesh) if shaken else mesh.vertices.copy()
-    with ONE_AT_A_TIME:
-        points, triangles, collapses = fast_simplification.simplify(
-            vertices.copy(),
-            corners,
-            target_count=n_faces,
-            agg=aggressiveness,
-            preserve_border=keep_border,
-            return_collapses=True,
-        )
-        to = np.zeros(0, dtype=np.int64) if rough else collapsed(collapses, mesh.n_vertices)
-        if not rough and to.max(initial=-1) + 1 != len(points):  # a vertex has lost all its faces
-            _, _, to = fast_simplification.replay_simplification(vertices, corners, collapses)
-    found = TriangleMesh(points, triangles.astype(np.int64))
-    if rough:
-        return _without_useless(found.vertices, found.faces, to)
-    merged, into = merge_needles(found)
-    shaped = turn_edges(merged)
-    return _without_useless(shaped.vertices, shaped.faces, into[to])
-
-
-def _jitter(mesh: TriangleMesh) -> FloatArray:
-    """A little noise, (n, 3): in units of the shortest edge that a vertex has."""
-    shortest = np.full(mesh.n_vertices, np.inf)
-    for corner in range(3):
-        edges = mesh.faces[:, [corner, (corner + 1) % 3]]
-        along = edge_lengths(mesh.vertices, edges)
-        for side in range(2):
-            np.minimum.at(shortest, edges[:, side], along)
-    rng = np.random.Generator(np.random.PCG64(JITTER_SEED))
-    noise: FloatArray = rng.uniform(-JITTER, JITTER, size=mesh.vertices.shape)
-    noise *= np.where(np.isfinite(shortest), shortest, 0.0)[:, None]
-    return noise
-
-
-def collapsed(collapses: IntArray, n_vertices: int) -> IntArray:
-    """Follow each vertex through the collapses of edges to the vertex that it became part of.
-
-    Parameters
-    ----------
-    collapses : (c, 2) int
-        The vertex that stays and the one that goes, each of which goes once.
-    n_vertices : int
-        n, before them.
-
-    Returns
-    -------
-    (n,) int64
-        Numbers among the n - c vertices that are left, in their order.
-    """
-    into = np.arange(n_vertices)
-    into[collapses[:, 1]] = collapses[:, 0]
-    left = into == np.arange(n_vertices)
-    while True:  # what they became part of may itself have become part of another one
-        further = into.take(into)
-        if np.array_equal(further, into):
-            break
-        into = further
-    numbers: IntArray = (np.cumsum(left) - 1).take(into)
-    return numbers
-
-
-def _without_useless(points: np.ndarray, triangles: IntArray, to: IntArray) -> Coarser:
-    """Leave out faces without area, repeated ones, and vertices (p,) that only they had."""
-    finite = np.isfinite(points).all(axis=1)
-    triangles = triangles[finite[triangles].all(axis=1)]
-    if len(triangles) == 0:
-        return _nothing(len(to))
-    mesh = TriangleMesh(np.where(finite[:, None], points, 0.0), triangles)
-    faces = mesh.faces[useful_faces(mesh)]
-    if len(faces) == 0:
-        return _nothing(len(to))
-    return _renumbered(mesh.vertices, faces, to)
-
-
-def _renumbered(points: np.ndarray, faces: IntArray, to: IntArray) -> Coarser:
-    """Leave out vertices (p,) without a face."""
-    used = np.zeros(len(points), dtype=np.bool_)
-    used[faces] = True
-    numbers = np.where(used, np.cumsum(used) - 1, -1)
-    return Coarser(TriangleMesh(points[used], numbers[faces]), np.where(to >= 0, numbers[to], -1))
-
-
-def _nothing(n_vertices: int) -> Coarser:
-    """What has no face left of so many vertices."""
-    empty = TriangleMesh(np.zeros((0, 3)), np.zeros((0, 3), dtype=np.int64))
-    return Coarser(empty, np.full(n_vertices, -1))
 
 
 def simplify(
@@ -380,8 +221,8 @@ def _first_sound(
         if sound:
             found = compare_eigenvalues(mesh, attempt.coarse.mesh, attempt.coarse.to)
             sound = not found.fault
-            attempt = replace(attempt, error=found.error)
-            attempt.hard.extend([found.fault] if found.fault else [])
+            faults = [found.fault] if found.fault else []
+            attempt = replace(attempt, hard=faults, error=found.error)
         notes += attempt.notes()
         if sound:
             return attempt.coarse.mesh, tuple(notes)
@@ -419,7 +260,7 @@ def _best_attempt(
 ) -> _Attempt:
     """One level: the first way without faults, or the one with the fewest.
 
-    Where it is lenient, the first way without hard faults.
+    Where it is lenient, the first way without hard faults that is not stuck.
     """
     invariants = _Invariants.of(mesh)
     tried = []
@@ -433,16 +274,14 @@ def _best_attempt(
             if coarse.mesh.n_faces == 0:
                 continue
             found = _Invariants.of(coarse.mesh)
-            soft = invariants.soft_faults(found)
-            if coarse.mesh.n_vertices > STUCK * target:
-                soft.append(f"asked for {target:,}")
-            attempt = _Attempt(coarse, invariants.hard_faults(found), soft)
             stuck = coarse.mesh.n_vertices > STUCK * target
+            soft = invariants.soft_faults(found) + stuck * [f"asked for {target:,}"]
+            attempt = _Attempt(coarse, invariants.hard_faults(found), soft)
             if not attempt.hard and not stuck and (lenient or not attempt.soft):
                 return attempt
             tried.append(attempt)
     if not tried:
-        return _Attempt(_nothing(mesh.n_vertices), ["nothing left"], [])
+        return _Attempt(nothing(mesh.n_vertices), ["nothing left"], [])
     return min(tried, key=lambda attempt: (len(attempt.hard), len(attempt.soft)))
 
 
@@ -454,4 +293,4 @@ def _without_shards(coarse: Coarser) -> Coarser:
         return coarse
     areas = np.bincount(labels, weights=mesh.face_areas)
     kept = (areas >= SHARD * areas.sum())[labels]
-    return coarse if kept.all() else _renumbered(mesh.vertices, mesh.faces[kept], coarse.to)
+    return coarse if kept.all() else renumbered(mesh.vertices, mesh.faces[kept], coarse.to)

@@ -16,11 +16,14 @@ from workers.geometry.formats import MeshLimits, ParsedMesh, parse
 from workers.geometry.mesh import TriangleMesh
 from workers.geometry.solution import Solution, Solver
 from workers.geometry.views import View
-from workers.pipeline.progress import DESCRIBING
+from workers.pipeline.progress import DESCRIBING, Progress
 from workers.retrieval.model import Model, describe
 from workers.settings import Settings
 from workers.storage.blobs import BlobStore, mesh_key
 from workers.storage.solutions import load_solution, store_solution
+
+UNHEARD = Progress().enter
+"""Of what is told nobody takes notice."""
 
 UNPACKED = 2
 """A compressed file may unpack to so many times the bytes that one file may have."""
@@ -152,17 +155,13 @@ def solve_view(
         return store_solution(blobs, sha256, view, found, cleaned=mesh)
 
 
-def _tell_nobody(_step: str) -> None:
-    """Steps are of no interest."""
-
-
 def describe_mesh(
     blobs: BlobStore,
     sha256: str,
     mesh: TriangleMesh,
     models: Sequence[Model],
     *,
-    enter: Callable[[str], None] = _tell_nobody,
+    enter: Callable[[str], None] = UNHEARD,
 ) -> dict[str, Float32Array]:
     """Describe a cleaned mesh; a view is solved once for all models.
 
@@ -213,7 +212,7 @@ def describe_under_each(
     mesh: TriangleMesh,
     models: Sequence[Model],
     *,
-    enter: Callable[[str], None] = _tell_nobody,
+    enter: Callable[[str], None] = UNHEARD,
 ) -> Described:
     """Describe a cleaned mesh under each model that it can be described under.
 

@@ -5,8 +5,8 @@ import numpy as np
 
 from workers.geometry.arrays import FloatArray, IntArray
 from workers.geometry.cleaning import useful_faces
+from workers.geometry.decimation import ONE_AT_A_TIME
 from workers.geometry.mesh import TriangleMesh
-from workers.geometry.simplification import ONE_AT_A_TIME
 from workers.transformations.transformed import FEWEST_FACES, TransformedMesh, part
 
 # Chosen, not measured.
