@@ -31,7 +31,7 @@ from service.schemas.queries import (
     ShapeQuery,
     answer_ranking,
 )
-from service.search.indexes import load_search_model
+from service.search.indexes import SearchModel, load_search_model
 from service.search.queries import SearchQuery
 from service.search.ranking import choose_model, rank_shapes
 from service.security import READS
@@ -50,12 +50,15 @@ from workers.pipeline.query_plan import (
     store_described_query,
     store_query,
 )
+from workers.pipeline.windows import signature_of_query
+from workers.retrieval.windows.signature import Signature
 from workers.storage.arrays import vector_from_bytes
 from workers.storage.blobs import mesh_key
 from workers.storage.collections import get_collection
 from workers.storage.jobs import ENDED, get_job
 from workers.storage.models import Collection
 from workers.storage.queries import get_query, keep_query, needs_keeping
+from workers.storage.shapes import get_shape
 from workers.storage.vectors import find_vector, shape_vector
 
 WAIT_SECONDS = 30
@@ -169,9 +172,17 @@ def _rank(
     options = query.to_value()
     search = choose_model(session, collection, options)
     vector = shape_vector(session, query.shape_id, search.model.name)
-    wanted = SearchQuery(vector, search, options, shape_id=query.shape_id)
+    sha256 = get_shape(session, query.shape_id).row.sha256
+    signature = _signature(services, search, sha256)
+    wanted = SearchQuery(vector, search, options, query.shape_id, signature)
     ranking = rank_shapes(session, services.indexes, collection, wanted)
     return answer_ranking(ranking, AskedWith(shape_id=query.shape_id))
+
+
+def _signature(services: Services, search: SearchModel, sha256: str) -> Signature | None:
+    """Windows of a query, where the model compares them; computed at the first question."""
+    windows = search.model.windows
+    return None if windows is None else signature_of_query(services.blobs, sha256, windows)
 
 
 def _accept_mesh(
@@ -196,7 +207,10 @@ def _accept_mesh(
         known = find_vector(session, query.sha256, query.model)
         if known is not None:
             query_id = find_same_query(session, collection.id, query)
-            wanted = SearchQuery(vector_from_bytes(known), search, fields.to_value())
+            signature = _signature(services, search, query.sha256)
+            wanted = SearchQuery(
+                vector_from_bytes(known), search, fields.to_value(), signature=signature
+            )
             ranking = rank_shapes(session, services.indexes, collection, wanted)
             answer = answer_ranking(ranking, AskedWith(sha256=query.sha256))
     if known is not None:
@@ -261,10 +275,12 @@ def _answer_query(services: Services, query_id: str) -> QueryResult | Response:
         known = find_vector(session, query.sha256, query.model)
         if known is not None:
             collection = session.get_one(Collection, query.collection_id)
+            search = load_search_model(session, query.model)
             wanted = SearchQuery(
                 vector_from_bytes(known),
-                load_search_model(session, query.model),
+                search,
                 MeshQueryForm.model_validate(query.parameters).to_value(),
+                signature=_signature(services, search, query.sha256),
             )
             ranking = rank_shapes(session, services.indexes, collection, wanted)
             return answer_ranking(ranking, AskedWith(sha256=query.sha256))

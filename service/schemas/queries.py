@@ -230,6 +230,7 @@ QUERY_RESULT_EXAMPLE: JsonDict = {
     "query": {"shape_id": "0199b1c4-6d0e-7c5a-b1f2-3d4e5f6a7b8d"},
     "matches": [{"rank": 1, "distance": 0.031, "similarity": 0.97, "shape": SHAPE_EXAMPLE}],
     "searched": 116,
+    "searched_closely": 104,
     "took_ms": 2.4,
 }
 
@@ -248,6 +249,9 @@ class QueryResult(Answer):
     query: AskedWith
     matches: list[Match]
     searched: int = Field(description="shapes that passed the filter and were compared")
+    searched_closely: int = Field(
+        0, description="shapes of these that were compared by what lies around their points, too"
+    )
     took_ms: float
 
 
@@ -294,5 +298,6 @@ def answer_ranking(ranking: Ranking, query: AskedWith) -> QueryResult:
             for rank, match in enumerate(ranking.matches, start=1)
         ],
         searched=ranking.searched,
+        searched_closely=ranking.searched_closely,
         took_ms=round(1000 * ranking.seconds, 3),
     )

@@ -90,7 +90,7 @@ def farthest_points(
         Components without a point come first, in the order of their vertices.
     """
     n = graph.shape[0]
-    from_start = dijkstra(graph, directed=True, indices=start)
+    from_start = _search(graph, start, np.inf)
     taken = int(np.argmax(np.where(np.isfinite(from_start), from_start, -1.0)))
     vertices = np.empty(min(count, n), dtype=np.int64)
     distances = np.empty((len(vertices), n))
@@ -99,7 +99,7 @@ def farthest_points(
     for place in range(len(vertices)):
         vertices[place] = taken
         limit = max(reach, float(nearest.max()))
-        found = dijkstra(graph, directed=True, indices=taken, limit=limit)
+        found = _search(graph, taken, limit)
         distances[place] = found
         closer = found < nearest
         nearest[closer], cells[closer] = found[closer], place
@@ -122,9 +122,16 @@ def mutual_distances(graph: sparse.csr_array, vertices: IntArray) -> FloatArray:
     (s, s) float64
         Symmetric to the last bit; infinite between components.
     """
-    found = dijkstra(graph, directed=True, indices=vertices)[:, vertices]
-    symmetric: FloatArray = np.minimum(found, found.T)
+    found = np.asarray(dijkstra(graph, directed=True, indices=vertices), dtype=np.float64)
+    between: FloatArray = found[:, vertices]
+    symmetric: FloatArray = np.minimum(between, between.T)
     return symmetric
+
+
+def _search(graph: sparse.csr_array, start: int, limit: float) -> FloatArray:
+    """Distances (n,) from a vertex; the graph is symmetric, so its direction is no matter."""
+    found = dijkstra(graph, directed=True, indices=np.array([start]), limit=limit)
+    return np.asarray(found, dtype=np.float64).reshape(-1)
 
 
 def _unfolded(mesh: TriangleMesh) -> tuple[IntArray, FloatArray]:
