@@ -68,9 +68,9 @@ export interface components {
             collection?: string | null;
             /**
              * Transformations
-             * @description each is applied to every shape: isometry, topology, holes, micro-holes, scale, local-scale, sampling, noise, shot-noise, partial, all, affine, view; leave them out with `vertex-order`
+             * @description each is applied to every shape: isometry, topology, holes, micro-holes, scale, local-scale, sampling, noise, shot-noise, partial, all, affine, view, scan; leave them out with `vertex-order`
              */
-            transformations?: ("isometry" | "topology" | "holes" | "micro-holes" | "scale" | "local-scale" | "sampling" | "noise" | "shot-noise" | "partial" | "all" | "affine" | "view")[];
+            transformations?: ("isometry" | "topology" | "holes" | "micro-holes" | "scale" | "local-scale" | "sampling" | "noise" | "shot-noise" | "partial" | "all" | "affine" | "view" | "scan")[];
             /**
              * Strengths
              * @description of each transformation; all if left out
@@ -1566,9 +1566,9 @@ export interface components {
             collection?: string | null;
             /**
              * Transformations
-             * @description each is applied to every shape: isometry, topology, holes, micro-holes, scale, local-scale, sampling, noise, shot-noise, partial, all, affine, view; leave them out with `vertex-order`
+             * @description each is applied to every shape: isometry, topology, holes, micro-holes, scale, local-scale, sampling, noise, shot-noise, partial, all, affine, view, scan; leave them out with `vertex-order`
              */
-            transformations?: ("isometry" | "topology" | "holes" | "micro-holes" | "scale" | "local-scale" | "sampling" | "noise" | "shot-noise" | "partial" | "all" | "affine" | "view")[];
+            transformations?: ("isometry" | "topology" | "holes" | "micro-holes" | "scale" | "local-scale" | "sampling" | "noise" | "shot-noise" | "partial" | "all" | "affine" | "view" | "scan")[];
             /**
              * Strengths
              * @description of each transformation; all if left out
