@@ -107,6 +107,29 @@ def farthest_points(
     return FarthestPoints(vertices, distances, cells)
 
 
+def distances_from(graph: sparse.csr_array, vertices: IntArray, reach: float) -> FloatArray:
+    """Distances from some vertices to all others within reach.
+
+    Parameters
+    ----------
+    graph : (n, n) sparse
+        What `surface_graph` gave.
+    vertices : (s,) int64
+        Indices; one may come again.
+    reach : float
+        Longest distance that is looked for, in the unit of the graph.
+
+    Returns
+    -------
+    (s, n) float64
+        Infinite beyond the reach and in other components.
+    """
+    if len(vertices) == 0:
+        return np.empty((0, graph.shape[0]))
+    found = dijkstra(graph, directed=True, indices=vertices, limit=reach)
+    return np.asarray(found, dtype=np.float64)
+
+
 def mutual_distances(graph: sparse.csr_array, vertices: IntArray) -> FloatArray:
     """Distances between some vertices, whatever the way.
 
@@ -122,16 +145,15 @@ def mutual_distances(graph: sparse.csr_array, vertices: IntArray) -> FloatArray:
     (s, s) float64
         Symmetric to the last bit; infinite between components.
     """
-    found = np.asarray(dijkstra(graph, directed=True, indices=vertices), dtype=np.float64)
-    between: FloatArray = found[:, vertices]
+    between = distances_from(graph, vertices, np.inf)[:, vertices]
     symmetric: FloatArray = np.minimum(between, between.T)
     return symmetric
 
 
 def _search(graph: sparse.csr_array, start: int, limit: float) -> FloatArray:
     """Distances (n,) from a vertex; the graph is symmetric, so its direction is no matter."""
-    found = dijkstra(graph, directed=True, indices=np.array([start]), limit=limit)
-    return np.asarray(found, dtype=np.float64).reshape(-1)
+    found: FloatArray = distances_from(graph, np.array([start]), limit)[0]
+    return found
 
 
 def _unfolded(mesh: TriangleMesh) -> tuple[IntArray, FloatArray]:

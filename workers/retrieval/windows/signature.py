@@ -13,7 +13,12 @@ from numpy.typing import NDArray
 
 from workers.geometry.arrays import FloatArray, IntArray, lengths, read_only
 from workers.geometry.edges import edge_lengths, single_edges
-from workers.geometry.geodesics import farthest_points, mutual_distances, surface_graph
+from workers.geometry.geodesics import (
+    distances_from,
+    farthest_points,
+    mutual_distances,
+    surface_graph,
+)
 from workers.geometry.mesh import TriangleMesh
 from workers.geometry.shared_edges import SharedEdges
 from workers.retrieval.windows.moments import NUMBERS, EdgeMasses, Windows, windows
@@ -273,6 +278,29 @@ def query_signature(surface: WindowSurface, scales: int | None = None) -> Signat
     if scales is None:
         scales = SHEET_SCALES if surface.is_sheet else PART_SCALES
     return _signature(surface, scales)
+
+
+def signature_at(mesh: TriangleMesh, points: IntArray) -> Signature:
+    """Signature of chosen points, in the mesh's own unit.
+
+    Parameters
+    ----------
+    mesh : TriangleMesh
+        Working mesh, in the unit that radii are meant in.
+    points : (s,) int64
+        Its vertices.
+
+    Returns
+    -------
+    Signature
+        Of one scale; all points have the same area.
+    """
+    distances = distances_from(surface_graph(mesh), points, float(RADII[-1]) + _margin(mesh))
+    areas = np.ones(len(points)) / max(len(points), 1)
+    mutual = np.minimum(distances[:, points], distances[:, points].T)
+    n = mesh.n_vertices
+    surface = WindowSurface(mesh, points, distances, areas, mutual, _boundary_length(mesh), n)
+    return _signature(surface, 1)
 
 
 def _signature(surface: WindowSurface, scales: int) -> Signature:
