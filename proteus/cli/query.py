@@ -60,13 +60,22 @@ def query(
     include_self: Annotated[
         bool, typer.Option(help="Allow a stored shape to find itself.")
     ] = False,
+    part: Annotated[
+        bool, typer.Option("--part", help="The query is a part of what is looked for.")
+    ] = False,
+    whole: Annotated[
+        bool, typer.Option("--whole", help="The query is a whole shape, not a part of one.")
+    ] = False,
 ) -> None:
     """Find the shapes of a collection that are most like a mesh."""
     if (mesh is None) == (not shape):
         raise typer.BadParameter("give either a mesh file or --shape ID")
+    if part and whole:
+        raise typer.BadParameter("give at most one of --part and --whole")
     options: Document = {"limit": limit}
     options |= {"model": model} if model else {}
     options |= {"dissimilarity": dissimilarity} if dissimilarity else {}
+    options |= {"match": "part" if part else "whole"} if part or whole else {}
     wanted = parse_filters(filters or [])
     if path:
         wanted["must"] = [*wanted.get("must", []), {"field": "path", "under": path}]
@@ -100,7 +109,7 @@ def query_by_mesh(
     name, content : str, bytes
         The mesh file.
     options : mapping
-        ``limit``, ``model``, ``dissimilarity``, ``filter`` as in the contract.
+        ``limit``, ``model``, ``dissimilarity``, ``match``, ``filter`` as in the contract.
     """
     client.patience_seconds = max(client.patience_seconds, PATIENCE_SECONDS)
     fields = {

@@ -1,6 +1,6 @@
 """Bodies of queries and their answers."""
 
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 from pydantic import ConfigDict, Field, StringConstraints, model_validator
 from pydantic.config import JsonDict
@@ -156,6 +156,11 @@ class QueryOptions(Body):
     max_distance: float | None = Field(None, ge=0, description="leaves out what is farther")
     filter: Filter | None = None
     include_self: bool = Field(False, description="whether a stored shape may find itself")
+    match: Literal["auto", "whole", "part"] = Field(
+        "auto",
+        description="whether the query stands for a whole shape or for a part of one; "
+        "`auto` leaves that to the search",
+    )
 
     def to_value(self) -> SearchOptions:
         """Return the options as the search takes them."""
@@ -166,6 +171,7 @@ class QueryOptions(Body):
             max_distance=self.max_distance,
             filter=None if self.filter is None else self.filter.to_value(),
             include_self=self.include_self,
+            match=self.match,
         )
 
 

@@ -11,7 +11,7 @@ from proteus.terminal.output import CommandError
 from tests.meshes import bumpy_sphere, gltf_with_buffer, scaled
 from tests.proteus.conftest import MOST_BYTES, Run
 from tests.proteus.real_service import Fault, RealService
-from tests.service.running import off
+from tests.service.running import off, zoo_files
 from workers.geometry.formats import write
 
 FORMATS = ("off", "obj", "ply", "stl")
@@ -236,6 +236,20 @@ def test_query_by_shape_sends_its_options(run: Run, service: RealService) -> Non
     found = json.loads(result.stdout)
     assert (found["model"], found["dissimilarity"]) == ("heat", "chi-squared")
     assert {match["shape"]["label"] for match in found["matches"]} == {"ball"}
+
+
+def test_query_says_whether_it_is_a_part_or_a_whole(
+    run: Run, service: RealService, tmp_path: Path
+) -> None:
+    mesh = tmp_path / "ring.ply"
+    mesh.write_bytes(zoo_files()["ring.null.0.ply"])
+    ring = json.loads(run("shapes", "list", "-c", "zoo", "--label", "ring", "--json").stdout)[0]
+    for match in ("part", "whole"):
+        assert run("query", "-c", "zoo", "--shape", ring["id"], f"--{match}").exit_code == 0
+        assert service.sent("POST", "/query")[-1].json["match"] == match
+        assert run("query", mesh, "-c", "zoo", f"--{match}").exit_code == 0
+        assert f'name="match"\r\n\r\n{match}'.encode() in service.sent("POST", "/mesh")[-1].body
+    assert run("query", mesh, "-c", "zoo", "--part", "--whole").exit_code == 2
 
 
 @pytest.mark.parametrize("slow", [False, True])

@@ -1448,6 +1448,13 @@ export interface components {
              * @default false
              */
             include_self: boolean;
+            /**
+             * Match
+             * @description whether the query stands for a whole shape or for a part of one; `auto` leaves that to the search
+             * @default auto
+             * @enum {string}
+             */
+            match: "auto" | "whole" | "part";
             /** Shape Id */
             shape_id: string;
         };
