@@ -34,7 +34,9 @@ def without_time(answer: Json) -> Json:
 def test_a_shape_finds_its_scaled_twin_first(zoo: Api) -> None:
     answer = zoo.ask("zoo", shape_id=zoo.shape_ids[BALL])
     assert (answer["collection"], answer["model"], answer["dissimilarity"]) == ("zoo", "heat", "l1")
-    assert answer["query"] == {"shape_id": zoo.shape_ids[BALL], "sha256": None}
+    assert answer["query"] == {
+        "shape_id": zoo.shape_ids[BALL], "sha256": None, "region": None,
+    }  # fmt: skip
     assert answer["searched"] == 4
     assert found(answer)[0] == TWIN
     assert [match["rank"] for match in answer["matches"]] == [1, 2, 3, 4]

@@ -40,8 +40,8 @@ def cut_vertices(mesh: TriangleMesh, vertices: IntArray) -> TriangleMesh:
     faces = _faces_among(mesh, chosen)
     if len(faces) < FEWEST_FACES:
         raise InvalidRequestError(
-            f"these {int(chosen.sum()):,} vertices hold {len(faces)} whole faces, expected at "
-            f"least {FEWEST_FACES}; a face counts if all of its corners are given"
+            f"vertices: {int(chosen.sum()):,}, faces with all their corners among them: "
+            f"{len(faces)}; expected at least {FEWEST_FACES} faces"
         )
     return _with_faces(mesh, faces)
 
@@ -74,8 +74,8 @@ def cut_disc(mesh: TriangleMesh, center: int, radius: float) -> TriangleMesh:
     faces = _faces_among(mesh, chosen)
     if len(faces) < FEWEST_FACES:
         raise InvalidRequestError(
-            f"within {radius:g} of vertex {center} lie {len(faces)} whole faces, expected at least "
-            f"{FEWEST_FACES}; its longest edge is {_longest_edge(mesh, center):.4g} long"
+            f"whole faces within {radius:g} of vertex {center}: {len(faces)}; expected at least "
+            f"{FEWEST_FACES} (its longest edge is {_longest_edge(mesh, center):.4g} long)"
         )
     return _with_faces(mesh, faces)
 
