@@ -27,7 +27,7 @@ class SearchOptions:
     filter : Filter or None
         Which shapes are searched; None for all.
     include_self : bool
-        Whether a stored shape may find itself.
+        Whether a stored shape, or a region of one, may find that shape.
     match : "auto", "whole" or "part"
         What the query is taken for.
     """
@@ -57,6 +57,8 @@ class SearchQuery:
         The query itself, where it is a stored shape.
     signature : Signature or None
         Its windows, where the model compares them.
+    cut_from : str or None
+        The stored shape that the query is a region of.
     """
 
     vector: Float32Array
@@ -64,6 +66,7 @@ class SearchQuery:
     options: SearchOptions
     shape_id: str | None = None
     signature: Signature | None = None
+    cut_from: str | None = None
 
 
 @dataclass(frozen=True)

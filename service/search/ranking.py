@@ -143,13 +143,14 @@ def own_dissimilarity(model: Model) -> str:
 def _candidates(
     session: Session, snapshot: Snapshot, collection: Collection, query: SearchQuery
 ) -> IntArray:
-    """Rows that pass the filter, without the query itself."""
+    """Rows that pass the filter, without the query itself or the shape that it is cut from."""
     options = query.options
     rows = snapshot.rows
     if options.filter is not None:
         rows = snapshot.rows_of(matching_shapes(session, collection.id, options.filter))
-    if query.shape_id is not None and not options.include_self:
-        for row in snapshot.rows_of([query.shape_id]):
+    own = query.shape_id or query.cut_from
+    if own is not None and not options.include_self:
+        for row in snapshot.rows_of([own]):
             rows = rows[rows != row]
     return rows
 
