@@ -56,13 +56,16 @@ def compare_closely(
         query = replace(query, numbers=query.numbers[:1], reaches=query.reaches[:1])
     if match == PART:
         query = replace(query, boundary=max(query.boundary, PART_BOUNDARY))
-    places, rows = _with_rows(_least(distances, MOST_LOOKED_AT), rows_of)
+    looked_at = _least(distances, MOST_LOOKED_AT)
+    found_rows = rows_of(looked_at)
+    places, rows = looked_at[found_rows >= 0], found_rows[found_rows >= 0]
     near = np.isin(places, _least(distances, NEAREST))
     found = WindowQuery(query, matching.whitening).evidence(rows[near], rows, fetch)
     order = np.argsort(rows)
     there = places[order][np.searchsorted(rows[order], found.places)]
     evidence = Evidence(there, found.all_around, found.facing, found.log_consistency, found.scales)
-    return evidence.fused(distances, matching.trust.weights(query)), len(there)
+    weights, unknown = matching.trust.weights(query), looked_at[found_rows < 0]
+    return evidence.fused(distances, weights, unknown=unknown), len(there)
 
 
 def _least(distances: FloatArray, count: int) -> IntArray:
@@ -70,11 +73,3 @@ def _least(distances: FloatArray, count: int) -> IntArray:
     last = min(count, len(distances)) - 1
     places: IntArray = np.flatnonzero(distances <= np.partition(distances, last)[last])
     return places
-
-
-def _with_rows(
-    places: IntArray, rows_of: Callable[[IntArray], IntArray]
-) -> tuple[IntArray, IntArray]:
-    """The places that have a signature, and its row."""
-    rows = rows_of(places)
-    return places[rows >= 0], rows[rows >= 0]

@@ -52,7 +52,9 @@ class Evidence:
     log_consistency: FloatArray
     scales: FloatArray
 
-    def fused(self, distances: FloatArray, weights: Weights) -> FloatArray:
+    def fused(
+        self, distances: FloatArray, weights: Weights, *, unknown: IntArray | None = None
+    ) -> FloatArray:
         """Distances of all shapes, from all evidence.
 
         Parameters
@@ -61,12 +63,19 @@ class Evidence:
             The bank's.
         weights : Weights
             For the query.
+        unknown : (u,) int64, optional
+            Places of shapes whose windows nobody took.
 
         Returns
         -------
         (n,) float64
-            Those that were not compared count as if nothing of them were alike.
+            Those that were not compared count as if nothing of them were alike; unknown ones as
+            if their windows were as much alike as their descriptors.
         """
+        if unknown is not None and len(unknown):
+            known = self.fused(distances, weights)
+            known[unknown] = weights.from_distance(distances[unknown])
+            return known
         differences = np.full(len(distances), np.inf)
         shares = (1.0 - weights.facing) * self.all_around + weights.facing * self.facing
         differences[self.places] = shares.min(axis=1)

@@ -161,6 +161,22 @@ class Weights:
         fused: FloatArray = evidence / max(total, np.finfo(np.float64).tiny)
         return fused
 
+    def from_distance(self, distances: FloatArray) -> FloatArray:
+        """One distance of shapes of which the bank's alone is known.
+
+        Parameters
+        ----------
+        distances : (n,) float64
+            d.
+
+        Returns
+        -------
+        (n,) float64
+            As `fused` has it if X and ln p had gone as far as d on their ways to their ends.
+        """
+        share = saturated(distances, self.most_distance) / self.most_distance
+        return self.fused(distances, share * self.most_windows, share * NOT_VERIFIED)
+
 
 def saturated(values: FloatArray, most: float) -> FloatArray:
     """Values as they are while they are small, and at most ``most``.
