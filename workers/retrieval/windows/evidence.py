@@ -8,7 +8,13 @@ from numpy.typing import NDArray
 
 from workers.geometry.arrays import FloatArray, IntArray
 from workers.retrieval.windows.comparing import ALL_AROUND, FACING, Side
-from workers.retrieval.windows.rows import PREFIX_BYTES, PREFIX_POINTS, read_prefix, read_row
+from workers.retrieval.windows.rows import (
+    PREFIX_BYTES,
+    PREFIX_POINTS,
+    read_numbers,
+    read_prefix,
+    read_row,
+)
 from workers.retrieval.windows.signature import STEP, Signature
 from workers.retrieval.windows.trust import NOT_VERIFIED, Weights
 from workers.retrieval.windows.verification import QUERY_POINTS, verify
@@ -122,12 +128,16 @@ class WindowQuery:
         """
         scales = list(range(0, self._signature.n_scales, _EVERY))
         first = {
-            place: float(self._look_at(row, scales).min())
-            for place, row in _rows(looked_at, fetch, PREFIX_BYTES)
+            place: self._look_at(row, scales)
+            for place, row in _rows(np.union1d(near, looked_at), fetch, PREFIX_BYTES)
         }
-        by_windows = sorted(first, key=lambda place: (first[place], place))[:CANDIDATES]
-        places = np.union1d(near, np.array(by_windows, dtype=np.int64)).astype(np.int64)
-        found = [self._compare(row, scales) for _, row in _rows(places, fetch, None)]
+        looked = sorted(looked_at.tolist(), key=lambda place: (first[place].min(), place))
+        by_windows = np.array(looked[:CANDIDATES], dtype=np.int64)
+        places = np.union1d(near, by_windows).astype(np.int64)
+        found = [
+            self._compare(row, scales[int(np.argmin(first[place]))])
+            for place, row in _rows(places, fetch, None)
+        ]
         count = min(_COMPARED_SCALES, self._signature.n_scales)
         around = np.array([one.around for one in found]).reshape(len(places), count)
         facing = np.array([one.facing for one in found]).reshape(len(places), count)
@@ -145,13 +155,12 @@ class WindowQuery:
         right = self._whitening.apply(read_prefix(row))
         return self._look.differences(scales, self._look.costs(scales, right))
 
-    def _compare(self, row: NDArray[np.uint8], scales: list[int]) -> "_Compared":
+    def _compare(self, row: NDArray[np.uint8], best: int) -> "_Compared":
         """X of all points at the best scale of a first look and its neighbours."""
-        best = scales[int(np.argmin(self._look_at(row[:PREFIX_BYTES], scales)))]
         count = min(_COMPARED_SCALES, self._signature.n_scales)
         low = min(max(best - count // 2, 0), self._signature.n_scales - count)
         chosen = list(range(low, low + count))
-        right = self._whitening.apply(read_row(row).numbers[0])
+        right = self._whitening.apply(read_numbers(row))
         sides = (self._around, self._facing)
         around, facing = (side.differences(chosen, side.costs(chosen, right)) for side in sides)
         return _Compared(around, facing, chosen[int(np.argmin(around + facing))])

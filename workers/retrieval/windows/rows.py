@@ -76,6 +76,22 @@ def read_row(row: NDArray[np.uint8]) -> Signature:
     return Signature.from_arrays(arrays)
 
 
+def read_numbers(row: NDArray[np.uint8]) -> NDArray[np.float32]:
+    """Numbers of all points.
+
+    Parameters
+    ----------
+    row : (ROW_BYTES,) uint8
+        The bytes of a signature.
+
+    Returns
+    -------
+    (STORED_POINTS, 7, 7) float32
+    """
+    codes = row[: STORED_POINTS * _OF_A_POINT]
+    return decoded(codes.reshape(STORED_POINTS, KINDS, NUMBERS))
+
+
 def read_prefix(row: NDArray[np.uint8]) -> NDArray[np.float32]:
     """Numbers of the first points.
 

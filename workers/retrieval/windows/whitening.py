@@ -6,6 +6,7 @@ meshed otherwise (`workers.training.window_pairs`).
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -56,10 +57,19 @@ class Whitening:
         -------
         (s, 77) float32
         """
-        whole = np.einsum("swn,wnm->swm", numbers, self.whole)
-        cut = np.einsum("swn,wnm->swm", numbers[:, :, STEADY], self.cut)
-        columns = [whole.reshape(len(numbers), -1), cut.reshape(len(numbers), -1)]
-        return np.concatenate(columns, axis=1).astype(np.float32)
+        flat = np.asarray(numbers, dtype=np.float32).reshape(len(numbers), -1)
+        white: NDArray[np.float32] = flat @ self._matrix
+        return white
+
+    @cached_property
+    def _matrix(self) -> NDArray[np.float32]:
+        """Both maps as one, (49, 77): a block for each window."""
+        matrix = np.zeros((KINDS, NUMBERS, COLUMNS))
+        for window in range(KINDS):
+            start, after = NUMBERS * window, WHOLE_COLUMNS + len(STEADY) * window
+            matrix[window, :, start : start + NUMBERS] = self.whole[window]
+            matrix[window, list(STEADY), after : after + len(STEADY)] = self.cut[window]
+        return matrix.reshape(WHOLE_COLUMNS, COLUMNS).astype(np.float32)
 
     def to_json(self) -> dict[str, Any]:
         """Plain JSON, six digits.
