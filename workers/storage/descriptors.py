@@ -122,8 +122,29 @@ def is_described(model: str | InstrumentedAttribute[str]) -> ColumnElement[bool]
     )
 
 
+def is_signed(model: str | InstrumentedAttribute[str]) -> ColumnElement[bool]:
+    """SQL that is true for each ``Shape`` with a signature under a model.
+
+    Parameters
+    ----------
+    model : str or column
+        Name of the model.
+
+    Returns
+    -------
+    An expression for a statement over ``Shape``.
+    """
+    there = Signature.shape_id == Shape.id, Signature.model == model
+    return select(Signature.shape_id).where(*there, Signature.vector.is_not(None)).exists()
+
+
 def undescribed_shapes(
-    session: Session, collection: Collection, model: str, *, with_failed: bool
+    session: Session,
+    collection: Collection,
+    model: str,
+    *,
+    with_failed: bool,
+    with_unsigned: bool = False,
 ) -> list[str]:
     """Ids of shapes that can be found under the collection's model, but not under another.
 
@@ -137,15 +158,18 @@ def undescribed_shapes(
         Name of the other model.
     with_failed : bool
         Count those that have an error too: they are to be tried again.
+    with_unsigned : bool
+        Count those that have a descriptor under the other model, but no signature.
 
     Returns
     -------
     Ids, in order.
     """
+    lacks = ~is_described(model)
+    if with_unsigned:
+        lacks |= ~is_signed(model)
     statement = select(Shape.id).where(
-        Shape.collection_id == collection.id,
-        is_described(collection.model),
-        ~is_described(model),
+        Shape.collection_id == collection.id, is_described(collection.model), lacks
     )
     if not with_failed:
         statement = statement.where(Shape.error.is_(None))
