@@ -19,15 +19,12 @@ from workers.retrieval.model import Model
 from workers.retrieval.windows.rows import ROW_BYTES
 from workers.storage.database import Database
 from workers.storage.models import Descriptor, Signature
-from workers.storage.stale_files import ENDING, PARTIAL, model_tag
+from workers.storage.stale_files import ENDING, PARTIAL, WINDOWS, model_tag
 from workers.storage.trained_models import get_model_row, load_model, model_fingerprint
 
 log = structlog.get_logger(__name__)
 
 MAX_BYTES = 4 << 30
-WINDOWS = "windows"
-"""Folder below that of the cache files: for those of signatures."""
-
 PARTIAL_SECONDS = 3600
 Key = tuple[str, str]
 
