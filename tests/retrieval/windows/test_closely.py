@@ -23,6 +23,7 @@ from workers.retrieval.windows.signature import LOST, Signature
 from workers.retrieval.windows.trust import NOT_VERIFIED
 from workers.transformations import transform
 
+SPECIES = TRAINING_SPECIES[::2]
 MATCHING = WindowMatching(window_view(), PLAIN, EVEN)
 DISTRUSTING = replace(EVEN, distance=(-3.0, 0, 0, 0), windows=(8.0, 0, 0, 0))
 WITHOUT_DISTANCE = replace(MATCHING, trust=DISTRUSTING)
@@ -63,9 +64,10 @@ class Gallery:
 
 @lru_cache(maxsize=1)
 def zoo() -> tuple[bytes, ...]:
-    """Rows of 21 creatures, another species each."""
-    meshes = [make_creature(one, seed=1, vertices=2000).rest for one in TRAINING_SPECIES]
-    return tuple(write_row(stored(mesh)) for mesh in meshes)
+    """Rows of 11 creatures, another species each, and of ten spheres with bumps."""
+    meshes = [make_creature(one, seed=1, vertices=2000).rest for one in SPECIES]
+    shapes = [stored(mesh) for mesh in meshes] + [stored_bumpy(n) for n in range(10)]
+    return tuple(write_row(shape) for shape in shapes)
 
 
 @lru_cache(maxsize=1)
@@ -74,13 +76,13 @@ def balls() -> tuple[bytes, ...]:
     return tuple(write_row(stored_bumpy(n)) for n in range(9))
 
 
-@pytest.mark.parametrize("species", ["cow", "beetle"])
+@pytest.mark.parametrize("species", ["cow", "scorpion"])
 def test_a_part_finds_its_whole_first_though_distances_say_nothing(species: str) -> None:
     """Posed and cut to about the half of the surface; distances are random."""
     creature = make_creature(species, seed=1, vertices=2000)
     cut = transform(creature.posed(3), "partial", 3, seed=2).mesh
     assert cut.area < 0.8 * creature.rest.area
-    own = TRAINING_SPECIES.index(species)
+    own = SPECIES.index(species)
     random = np.random.default_rng(7).uniform(0.0, 1.0, len(zoo()))
     random[own] = random.max()
     found, count = Gallery.of(zoo()).ask(asked(cut), random, matching=WITHOUT_DISTANCE)
@@ -96,7 +98,7 @@ def test_the_scale_of_a_part_is_that_of_its_area() -> None:
     gallery = Gallery.of(zoo())
     all_places = np.arange(len(zoo()))
     known = WindowQuery(asked(cut), PLAIN).evidence(all_places, all_places, gallery.fetch)
-    own = TRAINING_SPECIES.index("cow")
+    own = SPECIES.index("cow")
     assert known.scales[own] == pytest.approx(share, rel=0.03)
     assert known.log_consistency.argmax() == own
     assert (known.all_around + known.facing).min(axis=1).argmin() == own
