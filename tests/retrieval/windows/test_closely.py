@@ -127,6 +127,24 @@ def test_the_order_of_the_gallery_does_not_matter_to_the_last_bit() -> None:
         assert again == count
 
 
+def test_twins_have_the_same_distance_though_only_few_are_verified(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Those level with the last one count, too: neither place nor number decides."""
+    monkeypatch.setattr(closely, "NEAREST", 1)
+    monkeypatch.setattr(evidence, "CANDIDATES", 2)
+    monkeypatch.setattr(evidence, "VERIFIED", 2)
+    rng = np.random.default_rng(4)
+    rows = [*balls()[:5], *[balls()[1]] * 4]
+    distances = np.array([0.1, *[0.4] * 8])
+    expected, count = Gallery.of(rows).ask(asked_bumpy(1), distances)
+    assert count == 6  # the nearest and five twins
+    assert len(set(expected[[1, 5, 6, 7, 8]].tolist())) == 1
+    order = rng.permutation(9)
+    found, _ = Gallery.of([rows[i] for i in order]).ask(asked_bumpy(1), distances[order])
+    assert_array_equal(found, expected[order])
+
+
 def test_what_is_known_of_a_candidate_does_not_depend_on_the_others() -> None:
     query = WindowQuery(asked_bumpy(1), PLAIN)
     gallery = Gallery.of(balls())
@@ -227,6 +245,9 @@ def test_a_query_of_which_nothing_counts_is_ranked_by_distance() -> None:
     distances = np.linspace(0.6, 0.2, 9)
     found, _ = Gallery.of(balls()).ask(blind, distances)
     assert_array_equal(np.argsort(found), np.argsort(distances))
+    nearest_alone = Gallery.of(balls())
+    known = WindowQuery(blind, PLAIN).evidence(np.array([3]), np.arange(9), nearest_alone.fetch)
+    assert known.places.tolist() == [3]
 
 
 @pytest.mark.parametrize("facing", [-800.0, 0.0, 800.0])
