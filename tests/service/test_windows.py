@@ -166,6 +166,31 @@ def test_what_a_query_stands_for_changes_how_it_is_compared(park: Api) -> None:
     assert all(answer["searched_closely"] == 5 for answer in answers.values())
 
 
+def test_a_region_of_a_shape_finds_it_by_its_windows(park: Api) -> None:
+    """A region is a part, cut on the server; it may find the shape that it is cut from."""
+    grey = park.shape_ids[GREY]
+    body = {"shape_id": grey, "region": {"center": 0, "radius": 1.8}}
+    waiting = park.ask(PARK, 202, **body)
+    park.work()
+    answer = park.get(f"/v1/queries/{waiting['query_id']}")
+    assert (answer["searched"], answer["searched_closely"]) == (5, 5)
+    assert ids_of(answer)[0] == grey
+    assert park.ask(PARK, **body)["matches"] == answer["matches"]
+    others = park.ask(PARK, **body, include_self=False)
+    assert (others["searched"], others["searched_closely"]) == (4, 4)
+    assert others["matches"] == [
+        {**match, "rank": rank} for rank, match in enumerate(answer["matches"][1:], start=1)
+    ]
+
+
+def test_a_batch_compares_closely_as_single_questions_do(park: Api) -> None:
+    questions = [{"shape_id": park.shape_ids[name]} for name in (BALL, CRATE)]
+    batch = park.post(f"/v1/collections/{PARK}/query/batch", json={"queries": questions})
+    for question, answer in zip(questions, batch["results"], strict=True):
+        assert without_time(answer) == without_time(park.ask(PARK, **question))
+        assert answer["searched_closely"] == 4
+
+
 def numbered_names() -> dict[str, bytes]:
     """Poses of three labels: to be measured leave-one-out, and by the rest."""
     return {
@@ -239,7 +264,9 @@ def test_signatures_keep_their_bytes_in_an_index_and_its_file(
         for number, name in enumerate(names):
             (row,) = snapshot.rows_of([name])
             assert matrix[row].tobytes() == row_of(number)
-        assert indexes.sizes() == {}  # of descriptors there are none
+        (rows, size) = indexes.sizes()[park, "windowed"]
+        assert rows == 0  # of descriptors there are none
+        assert 5 * ROW_BYTES < size < 6 * ROW_BYTES
         indexes.close()
 
 

@@ -112,12 +112,16 @@ def test_the_same_queries_teach_the_same() -> None:
 
 def test_all_transformations_have_the_same_share() -> None:
     """Of two kinds that say the opposite, the one with more queries does not outvote the other."""
-    queries = synthetic(np.random.default_rng(5), useful="windows")
-    partial = np.arange(QUERIES // 2, QUERIES)
-    more = picked(queries, np.concatenate([np.arange(QUERIES), partial, partial]))
-    one, other = (learn_trust(one).weights(asked_bumpy(1)) for one in (queries, more))
-    assert_allclose(other.windows, one.windows, rtol=0.02)
-    assert_allclose(other.distance, one.distance, rtol=0.1, atol=0.1)
+    rng = np.random.default_rng(5)
+    both = joined(synthetic(rng, useful="windows"), synthetic(rng, useful="distance"))
+    rows = np.arange(2 * QUERIES)
+    later = rows[rows >= QUERIES]  # of which distances are useful
+    more = picked(both, np.concatenate([rows, later, later]))
+    one, other = (learn_trust(queries).weights(asked_bumpy(1)) for queries in (both, more))
+    assert_allclose(other.windows / other.distance, one.windows / one.distance, rtol=0.02)
+    named = replace(more, transformations=("all",) * len(more.truth))
+    outvoted = learn_trust(named).weights(asked_bumpy(1))
+    assert outvoted.windows / outvoted.distance < 0.9 * one.windows / one.distance
 
 
 @pytest.mark.parametrize("facing", [(-1.0, 0.3), (800.0, 0.0), (-800.0, 0.0)])

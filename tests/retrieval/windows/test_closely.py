@@ -104,6 +104,18 @@ def test_the_scale_of_a_part_is_that_of_its_area() -> None:
     assert (known.all_around + known.facing).min(axis=1).argmin() == own
 
 
+def test_the_scale_is_that_of_the_hypothesis_and_what_fits_the_distances() -> None:
+    gallery, one = Gallery.of(balls()), np.array([1])
+    query = asked_bumpy(1)
+    shrunk = replace(query, mutual=query.mutual / np.float32(1.03))
+    scales = [
+        WindowQuery(asked_as, PLAIN).evidence(one, one, gallery.fetch).scales[0]
+        for asked_as in (query, shrunk)
+    ]
+    assert scales[0] == pytest.approx(1.0, abs=0.005)
+    assert scales[1] == pytest.approx(1.03 * scales[0], abs=0.005)
+
+
 def test_a_shape_finds_itself_first_and_almost_at_no_distance() -> None:
     far = np.full(9, 0.5)
     found, count = Gallery.of(balls()).ask(asked_bumpy(4), far)
@@ -125,6 +137,24 @@ def test_the_order_of_the_gallery_does_not_matter_to_the_last_bit() -> None:
         found, again = Gallery.of([rows[i] for i in order]).ask(query, distances[order])
         assert_array_equal(found, expected[order])
         assert again == count
+
+
+def test_signatures_may_be_stored_in_another_order_than_shapes_are_searched() -> None:
+    """And there may be more of them than candidates."""
+    query, distances = asked_bumpy(1), np.linspace(0.2, 0.6, 9)
+    expected, _ = Gallery.of(balls(), [True] * 7 + [False] * 2).ask(query, distances)
+    order = np.random.default_rng(5).permutation(12)
+    stored_at = np.argsort(order)
+    other = Gallery.of([(*balls(), *zoo()[:3])[i] for i in order])
+    found, count = compare_closely(
+        query,
+        MATCHING,
+        distances,
+        lambda places: np.where(places < 7, stored_at[places], -1),
+        other.fetch,
+    )
+    assert count == 7
+    assert_array_equal(found, expected)
 
 
 def test_twins_have_the_same_distance_though_only_few_are_verified(

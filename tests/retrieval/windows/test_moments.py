@@ -113,6 +113,59 @@ def test_the_other_side_of_a_thin_plate_counts_only_where_all_does() -> None:
     assert around[0] > facing[0] + 0.005
 
 
+def by_loops(
+    mesh: TriangleMesh, point: int, far: FloatArray, radius: float, *, facing: bool
+) -> list[float]:
+    """The seven numbers of one window, edge by edge."""
+    edges: dict[tuple[int, ...], list[int]] = {}
+    for number, face in enumerate(mesh.faces.tolist()):
+        for i in range(3):
+            edges.setdefault(tuple(sorted((face[i], face[i - 1]))), []).append(number)
+    found = []
+    for ends, faces in edges.items():
+        gap = far[list(ends)].mean()
+        if gap < radius:
+            normal = sum(mesh.face_normals[face] for face in faces) / 6.0
+            mass = sum(mesh.face_areas[face] for face in faces) / 3.0
+            found.append((mass, mesh.vertices[list(ends)].mean(axis=0), normal, gap))
+    mean = np.sum([normal for _, _, normal, gap in found if gap < 0.6 * radius], axis=0)
+    mean /= np.linalg.norm(mean)
+    total, normals, places, weights = 0.0, np.zeros(3), [], []
+    for mass, middle, normal, gap in found:
+        weight = (1.0 - (gap / radius) ** 2) ** 2
+        if facing:
+            cosine = normal @ mean / np.linalg.norm(normal)
+            share = min(max((cosine - 0.2) / 0.5, 0.0), 1.0)
+            weight *= share * share * (3.0 - 2.0 * share)
+        total += weight * mass
+        normals += weight * normal
+        places.append(middle)
+        weights.append(weight * mass)
+    covariance = np.cov(np.array(places).T, aweights=weights, bias=True)
+    offset = np.average(places, axis=0, weights=weights) - mesh.vertices[point]
+    above = float(offset @ mean)
+    return [
+        np.log(total / (np.pi * radius**2 / 3.0)),
+        above / radius,
+        *np.sqrt(np.linalg.eigvalsh(covariance)[::-1]) / radius,
+        np.linalg.norm(normals) / total,
+        np.linalg.norm(offset - above * mean) / radius,
+    ]
+
+
+@pytest.mark.parametrize("facing", [False, True])
+def test_windows_are_those_of_a_plain_loop(facing: bool) -> None:
+    mesh = bumpy_sphere(2, 2)
+    points = np.array([3, 50, 120])
+    distances = distances_from(surface_graph(mesh), points, np.inf)
+    radii = np.array([0.5, 0.9, 1.6])
+    found = windows(mesh, EdgeMasses.of(mesh), points, distances, radii, facing=facing)
+    for place, point in enumerate(points.tolist()):
+        for number, radius in enumerate(radii.tolist()):
+            expected = by_loops(mesh, point, distances[place], radius, facing=facing)
+            assert_allclose(found.numbers[place, number], expected, atol=1e-6)
+
+
 @pytest.mark.parametrize("facing", [False, True])
 def test_windows_see_no_rotation_renumbering_or_scale(facing: bool) -> None:
     rng = np.random.default_rng(3)

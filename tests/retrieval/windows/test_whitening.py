@@ -67,11 +67,12 @@ def test_windows_are_learned_from_where_they_count() -> None:
     rng = np.random.default_rng(3)
     differences = correlated(rng, 1500)
     whole = all_of(WHOLE, 1500)
-    other = whole.copy()
-    other[500:1000], other[1000:] = CUT, LOST
+    one, other = whole.copy(), whole.copy()
+    other[500:1000], other[1000:1250] = CUT, LOST
+    one[1250:] = CUT
     expected_whole = learn_whitening(differences[:500], whole[:500], whole[:500]).whole
     expected_cut = learn_whitening(differences[:1000], whole[:1000], whole[:1000]).cut
-    found = learn_whitening(differences, whole, other)
+    found = learn_whitening(differences, one, other)
     assert_array_equal(found.whole, expected_whole)
     assert_array_equal(found.cut, expected_cut)
 
