@@ -170,7 +170,7 @@ def test_a_region_of_a_shape_finds_it_by_its_windows(park: Api) -> None:
     """A region is a part, cut on the server; it may find the shape that it is cut from."""
     grey = park.shape_ids[GREY]
     body = {"shape_id": grey, "region": {"center": 0, "radius": 1.8}}
-    waiting = park.ask(PARK, 202, **body)
+    waiting = park.post(f"/v1/collections/{PARK}/query?wait=0", 202, json=body)
     park.work()
     answer = park.get(f"/v1/queries/{waiting['query_id']}")
     assert (answer["searched"], answer["searched_closely"]) == (5, 5)
