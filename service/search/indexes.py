@@ -19,15 +19,12 @@ from workers.retrieval.model import Model
 from workers.retrieval.windows.rows import ROW_BYTES
 from workers.storage.database import Database
 from workers.storage.models import Descriptor, Signature
-from workers.storage.stale_files import ENDING, PARTIAL, model_tag
+from workers.storage.stale_files import ENDING, PARTIAL, WINDOWS, model_tag
 from workers.storage.trained_models import get_model_row, load_model, model_fingerprint
 
 log = structlog.get_logger(__name__)
 
 MAX_BYTES = 4 << 30
-WINDOWS = "windows"
-"""Folder below that of the cache files: for those of signatures."""
-
 PARTIAL_SECONDS = 3600
 Key = tuple[str, str]
 
@@ -73,7 +70,8 @@ class SearchIndexes:
     folder : Path
         For cache files.
     max_bytes : int
-        Memory for all of them together; the one that is searched stays in any case.
+        Memory for all of them together, and as much again for those of signatures; the one that is
+        searched stays in any case.
     feed : type
         The table that they follow; those of descriptors have others of signatures beside them.
     """
@@ -207,10 +205,15 @@ class SearchIndexes:
         Returns
         -------
         dict
-            Rows and bytes by collection id and model's name.
+            Rows and bytes by collection id and model's name; bytes with those of signatures.
         """
         with self._lock:
-            return {key: (index.n_rows, index.n_bytes) for key, index in self._indexes.items()}
+            found = {key: (index.n_rows, index.n_bytes) for key, index in self._indexes.items()}
+        if self._signatures is not None:
+            for key, (_, n_bytes) in self._signatures.sizes().items():
+                n_rows, own = found.get(key, (0, 0))
+                found[key] = (n_rows, own + n_bytes)
+        return found
 
     def close(self) -> None:
         """Write what is new to the cache files."""

@@ -13,14 +13,16 @@ import pytest
 from alembic import command
 from alembic.autogenerate import compare_metadata
 from alembic.migration import MigrationContext
-from sqlalchemy import select, text
+from sqlalchemy import inspect, select, text
 
+from tests.storage.rows import make_collection, make_shape
 from workers.settings import Settings
 from workers.storage.arrays import pack, unpack, vector_from_bytes, vector_to_bytes
 from workers.storage.database import Database
+from workers.storage.descriptors import get_vector, store_descriptors
 from workers.storage.identifiers import new_id
 from workers.storage.migrate import migrate_schema, migration_config
-from workers.storage.models import Base, Counter, TrainedModel
+from workers.storage.models import Base, Counter, Signature, TrainedModel
 
 
 def test_migrations_and_models_say_the_same(database: Database) -> None:
@@ -46,6 +48,26 @@ def test_the_schema_can_be_taken_back(database: Database) -> None:
     with database.begin() as session:
         command.downgrade(migration_config(session.connection()), "base")
         migrate_schema(session)
+
+
+def test_the_table_of_signatures_can_be_taken_back_alone(database: Database) -> None:
+    """Descriptors stay as they are, and the table comes back as it was."""
+    with database.begin() as session:
+        zoo = make_collection(session)
+        shape = make_shape(session, zoo, 1)
+        row = (shape, "heat", b"1234")
+        store_descriptors(session, zoo.id, [row], [row])
+    with database.begin() as session:
+        command.downgrade(migration_config(session.connection()), "0005")
+        tables = inspect(session.connection()).get_table_names()
+        assert "descriptors" in tables
+        assert "signatures" not in tables
+    with database.begin() as session:
+        migrate_schema(session)
+        assert get_vector(session, shape, "heat") == b"1234"
+        assert session.scalars(select(Signature)).all() == []
+        context = MigrationContext.configure(session.connection(), opts={"compare_type": True})
+        assert compare_metadata(context, Base.metadata) == []
 
 
 def test_many_writers_never_meet_a_locked_database(database: Database) -> None:

@@ -380,7 +380,7 @@ def test_files_of_the_data_directory_go_if_nothing_has_them(
         heat = session.get_one(TrainedModel, "heat")
         current = index_file_name(zoo.id, "heat", model_fingerprint(heat))
     cache, uploads = settings.data_path / "cache", settings.data_path / "uploads"
-    cache.mkdir()
+    (cache / "windows").mkdir(parents=True)
     (uploads / "broken").mkdir(parents=True)
     (uploads / "broken" / "mesh").write_bytes(b"12345")
     names = [
@@ -391,11 +391,13 @@ def test_files_of_the_data_directory_go_if_nothing_has_them(
     ]
     for name in names:
         (cache / name).write_bytes(b"123")
+        (cache / "windows" / name).write_bytes(b"1234")  # of signatures
     young = Store(store.database, store.blobs, settings, time.time() + DAY)
     assert free_all(young, "indexes", "uploads") == Amount()
-    assert measure(store, "indexes") == Amount(2, 6)
-    assert free_all(store, "indexes") == Amount(2, 6)
-    assert sorted(os.listdir(cache)) == sorted([current, "readme.txt"])
+    assert measure(store, "indexes") == Amount(4, 14)
+    assert free_all(store, "indexes") == Amount(4, 14)
+    assert sorted(os.listdir(cache / "windows")) == sorted([current, "readme.txt"])
+    assert sorted(os.listdir(cache)) == sorted([current, "readme.txt", "windows"])
     assert measure(store, "uploads").count == 1
     assert free_all(store, "uploads").bytes >= 5
     assert os.listdir(uploads) == []

@@ -96,6 +96,8 @@ class _Windows:
         Signatures of the targets.
     known : (m,) bool
         Which targets have one.
+    protocol : Protocol
+        Which shapes are queries and targets.
     """
 
     blobs: BlobStore
@@ -103,6 +105,7 @@ class _Windows:
     matching: WindowMatching
     rows: NDArray[np.uint8]
     known: BoolArray
+    protocol: Protocol
 
     @classmethod
     def load(
@@ -126,28 +129,35 @@ class _Windows:
             for change in changes_after(
                 session, collection_id=collection_id, model=model.name, number=0, feed=Signature
             ):
-                if change.vector is not None and change.shape_id in place:
-                    row = place[change.shape_id]
+                row = place.get(change.shape_id)
+                if row is not None and change.vector and len(change.vector) == ROW_BYTES:
                     rows[row] = np.frombuffer(change.vector, dtype=np.uint8)
                     known[row] = True
             wanted = select(Shape.id, Shape.sha256).where(Shape.id.in_(ids.values()))
             contents = {row.id: row.sha256 for row in session.execute(wanted)}
         by_place = {n: contents[shape_id] for n, shape_id in ids.items() if shape_id in contents}
-        return cls(bench.blobs, by_place, model.windows, rows, known)
+        return cls(bench.blobs, by_place, model.windows, rows, known, protocol)
 
     def closely(self, place: int, found: FloatArray) -> FloatArray:
-        """Distances (m,) of a query from all evidence."""
+        """Distances (m,) of a query from all evidence.
+
+        A query that is a target itself is none of its own candidates, as in a search: it would take
+        the place of another one. It is infinitely far.
+        """
         content = self.contents.get(place)
         query = None if content is None else signature_of_query(self.blobs, content, self.matching)
         if query is None:
             return found
-        return compare_closely(
+        others = np.flatnonzero(self.protocol.targets != self.protocol.queries[place])
+        distances: FloatArray = np.full(len(found), np.inf)
+        distances[others], _ = compare_closely(
             query,
             self.matching,
-            found,
-            lambda places: np.where(self.known[places], places, -1),
+            found[others],
+            lambda places: np.where(self.known[others[places]], others[places], -1),
             lambda rows, n_bytes: self.rows[rows, : n_bytes or None],
-        )[0]
+        )
+        return distances
 
 
 def _descriptors(

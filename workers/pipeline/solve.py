@@ -199,14 +199,16 @@ def describe_mesh(
     Returns
     -------
     Described
-        Under every one of them.
+        Under every one of them, without signatures.
 
     Raises
     ------
     SpectrumError, KernelDomainError
         It cannot be described under one of them.
     """
-    described = describe_under_each(blobs, sha256, mesh, models, enter=enter, solver=solver)
+    described = describe_under_each(
+        blobs, sha256, mesh, models, enter=enter, solver=solver, with_signatures=False
+    )
     for error in described.errors.values():
         raise error
     return described
@@ -220,6 +222,7 @@ def describe_under_each(
     *,
     enter: Callable[[str], None] = UNHEARD,
     solver: Solver | None = None,
+    with_signatures: bool = True,
 ) -> Described:
     """Describe a cleaned mesh under each model that it can be described under.
 
@@ -237,6 +240,8 @@ def describe_under_each(
         Is told the name of each step before it begins.
     solver : Solver, optional
         Of the mesh, where more is computed of it.
+    with_signatures : bool
+        Whether those are taken that a shape is searched for by.
 
     Returns
     -------
@@ -263,7 +268,7 @@ def describe_under_each(
         except (KernelDomainError, SpectrumError) as error:
             errors[model.name] = error
             continue
-        if model.windows is not None:
+        if with_signatures and model.windows is not None:
             key = model.windows.view.key
             if key not in taken:
                 taken[key] = take_signature(solver, mesh, model.windows)

@@ -16,6 +16,9 @@ from workers.storage.trained_models import model_fingerprint
 CACHE, UPLOADS = "cache", "uploads"
 """Folders of the data directory: of search indexes as files, and of uploads that are received."""
 
+WINDOWS = "windows"
+"""Folder below that of the search indexes: for those of signatures."""
+
 ENDING, PARTIAL = ".index", ".partial"
 """Endings of the file of a search index, and of one that is being written."""
 
@@ -86,7 +89,7 @@ class StaleFiles:
                 (row.name, model_fingerprint(row)) for row in session.scalars(select(TrainedModel))
             ]
         current = {index_file_name(one, *model) for one in collections for model in models}
-        for path in self._old(CACHE):
+        for path in (*self._old(CACHE), *self._old(f"{CACHE}/{WINDOWS}")):
             if path.suffix == PARTIAL or (path.suffix == ENDING and path.name not in current):
                 yield path
 

@@ -17,6 +17,7 @@ from workers.retrieval.windows.trust import (
     Trust,
     query_features,
     saturated,
+    share_of,
 )
 
 RIDGE = 1e-4
@@ -121,8 +122,7 @@ class WindowQueries:
             np.logaddexp(0.0, self.features @ np.array(one))
             for one in (trust.distance, trust.windows, trust.consistency)
         )
-        facing = 1.0 / (1.0 + np.exp(-(self.features[:, :2] @ np.array(trust.facing))))
-        share = facing[:, None, None]
+        share = share_of(self.features[:, :2] @ np.array(trust.facing))[:, None, None]
         differences = ((1.0 - share) * self.around + share * self.facing).min(axis=2)
         evidence = distance[:, None] * saturated(self.distances, trust.most_distance)
         evidence += windows[:, None] * saturated(differences, trust.most_windows)

@@ -6,7 +6,13 @@ from dataclasses import replace
 import numpy as np
 
 from workers.geometry.arrays import FloatArray, IntArray
-from workers.retrieval.windows.evidence import MOST_LOOKED_AT, Evidence, Fetch, WindowQuery
+from workers.retrieval.windows.evidence import (
+    MOST_LOOKED_AT,
+    Evidence,
+    Fetch,
+    WindowQuery,
+    least,
+)
 from workers.retrieval.windows.matching import WindowMatching
 from workers.retrieval.windows.signature import Signature
 
@@ -56,20 +62,13 @@ def compare_closely(
         query = replace(query, numbers=query.numbers[:1], reaches=query.reaches[:1])
     if match == PART:
         query = replace(query, boundary=max(query.boundary, PART_BOUNDARY))
-    looked_at = _least(distances, MOST_LOOKED_AT)
+    looked_at = least(distances, MOST_LOOKED_AT)
     found_rows = rows_of(looked_at)
     places, rows = looked_at[found_rows >= 0], found_rows[found_rows >= 0]
-    near = np.isin(places, _least(distances, NEAREST))
+    near = np.isin(places, least(distances, NEAREST))
     found = WindowQuery(query, matching.whitening).evidence(rows[near], rows, fetch)
     order = np.argsort(rows)
     there = places[order][np.searchsorted(rows[order], found.places)]
     evidence = Evidence(there, found.all_around, found.facing, found.log_consistency, found.scales)
     weights, unknown = matching.trust.weights(query), looked_at[found_rows < 0]
     return evidence.fused(distances, weights, unknown=unknown), len(there)
-
-
-def _least(distances: FloatArray, count: int) -> IntArray:
-    """Places of the least distances, and of those level with the last; ascending."""
-    last = min(count, len(distances)) - 1
-    places: IntArray = np.flatnonzero(distances <= np.partition(distances, last)[last])
-    return places

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from workers.geometry.arrays import FloatArray, IntArray
-from workers.retrieval.windows.comparing import ALL_AROUND, FACING, Side
+from workers.retrieval.windows.comparing import ALL_AROUND, FACING, NOTHING_COUNTS, Side
 from workers.retrieval.windows.rows import (
     PREFIX_BYTES,
     PREFIX_POINTS,
@@ -117,7 +117,8 @@ class WindowQuery:
         near : (m,) int64
             Places of shapes that are candidates in any case.
         looked_at : (n,) int64
-            Places of shapes that are looked at shortly: the best of them are candidates, too.
+            Places of shapes that are looked at shortly: the best of them are candidates, too, but
+            for those of which nothing is seen.
         fetch : callable
             Reads the rows of places.
 
@@ -127,15 +128,16 @@ class WindowQuery:
             Of all candidates; a candidate's is the same whatever others there are.
         """
         scales = list(range(0, self._signature.n_scales, _EVERY))
-        first = {
+        looks = {
             place: self._look_at(row, scales)
             for place, row in _rows(np.union1d(near, looked_at), fetch, PREFIX_BYTES)
         }
-        looked = sorted(looked_at.tolist(), key=lambda place: (first[place].min(), place))
-        by_windows = np.array(looked[:CANDIDATES], dtype=np.int64)
-        places = np.union1d(near, by_windows).astype(np.int64)
+        least_of_each = np.array([looks[place].min() for place in looked_at.tolist()])
+        by_windows = least(least_of_each, CANDIDATES)
+        by_windows = by_windows[least_of_each[by_windows] != NOTHING_COUNTS]
+        places = np.union1d(near, looked_at[by_windows]).astype(np.int64)
         found = [
-            self._compare(row, scales[int(np.argmin(first[place]))])
+            self._compare(row, scales[int(np.argmin(looks[place]))])
             for place, row in _rows(places, fetch, None)
         ]
         count = min(_COMPARED_SCALES, self._signature.n_scales)
@@ -143,8 +145,8 @@ class WindowQuery:
         facing = np.array([one.facing for one in found]).reshape(len(places), count)
         log_consistency = np.full(len(places), NOT_VERIFIED)
         factors = np.array([STEP**-one.scale for one in found])
-        order = np.argsort((around + facing).min(axis=1), kind="stable")[:VERIFIED]
-        for number, (_, row) in zip(order, _rows(places[order], fetch, None), strict=True):
+        best = least((around + facing).min(axis=1), VERIFIED)
+        for number, (_, row) in zip(best, _rows(places[best], fetch, None), strict=True):
             consistency, factor = self._verify(row, found[number].scale)
             log_consistency[number] = max(NOT_VERIFIED, float(np.log(max(consistency, 1e-9))))
             factors[number] *= factor
@@ -184,6 +186,27 @@ class WindowQuery:
         own = mutual[matched, matched] * STEP**-scale
         found = verify(costs, dimensions > 0, cells, own, candidate.mutual.astype(np.float64))
         return found.consistency, found.scale
+
+
+def least(values: FloatArray, count: int) -> IntArray:
+    """Places of the least values, and of those level with the last: their order is no matter.
+
+    Parameters
+    ----------
+    values : (n,) float64
+        Distances or differences.
+    count : int
+        At least 1.
+
+    Returns
+    -------
+    (m,) int64
+        Ascending; m is ``count``, or more where values are level.
+    """
+    if len(values) <= count:
+        return np.arange(len(values))
+    places: IntArray = np.flatnonzero(values <= np.partition(values, count - 1)[count - 1])
+    return places
 
 
 @dataclass(frozen=True, eq=False)

@@ -167,7 +167,8 @@ def _near(
     masses: EdgeMasses, distances: FloatArray, radius: float
 ) -> tuple[IntArray, IntArray, FloatArray]:
     """Pairs of a point and an edge whose middle is near, and how far it is: (p,) each."""
-    found = []
+    none = np.empty(0, dtype=np.int64)
+    found = [(none, none, np.empty(0))]  # for want of points
     for place, row in enumerate(distances):
         gaps = 0.5 * (row[masses.ends[:, 0]] + row[masses.ends[:, 1]])
         edges = np.flatnonzero(gaps < radius)

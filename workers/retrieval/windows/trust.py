@@ -21,6 +21,7 @@ NOT_VERIFIED = -3.0
 """ln p of a candidate whose matches were not verified, and the least there is."""
 
 _SHARPNESS = 8.0  # of the bend at which evidence saturates
+_SUREST = 30.0  # of a logistic share: beyond, floats know no more than 0 or 1
 _ROUGH = 40.0  # degrees between faces: clean shapes have less than 20, noise more than 36
 _FINE = 1000.0  # vertices, from which a mesh is not coarse
 _MOST = (1.5, 1.5, 3.0)
@@ -64,7 +65,7 @@ class Trust:
             float(np.logaddexp(0.0, np.dot(one, features)))
             for one in (self.distance, self.windows, self.consistency)
         )
-        facing = 1.0 / (1.0 + np.exp(-float(np.dot(self.facing, features[:2]))))
+        facing = float(share_of(np.dot(self.facing, features[:2])))
         return Weights(
             distance, windows, consistency, facing, self.most_distance, self.most_windows
         )
@@ -108,6 +109,8 @@ class Trust:
         counts = [len(one) for one in (distance, windows, consistency, facing)]
         if counts != [FEATURES] * 3 + [2]:
             raise ValueError(f"weights of evidence have {counts} numbers")
+        if not np.isfinite([*distance, *windows, *consistency, *facing]).all():
+            raise ValueError("weights of evidence are not finite")
         caps = float(value["most_distance"]), float(value["most_windows"])
         if not all(0.0 < cap < np.inf for cap in caps):
             raise ValueError(f"evidence saturates at {caps}, expected finite numbers above 0")
@@ -176,6 +179,23 @@ class Weights:
         """
         share = saturated(distances, self.most_distance) / self.most_distance
         return self.fused(distances, share * self.most_windows, share * NOT_VERIFIED)
+
+
+def share_of(value: float | FloatArray) -> FloatArray:
+    """Shares from 0 to 1 of numbers of any size: logistic, and never quite 0 or 1.
+
+    Parameters
+    ----------
+    value : float or (q,) float64
+        0 for a half.
+
+    Returns
+    -------
+    (q,) float64
+        Growing; what is infinite stays so, however it is mixed.
+    """
+    shares: FloatArray = 1.0 / (1.0 + np.exp(-np.clip(value, -_SUREST, _SUREST)))
+    return shares
 
 
 def saturated(values: FloatArray, most: float) -> FloatArray:

@@ -98,9 +98,11 @@ class Whitening:
         ValueError, KeyError, TypeError
             It is none.
         """
-        whole, cut = np.array(value["whole"], dtype=np.float64), np.array(value["cut"])
+        whole, cut = (np.array(value[name], dtype=np.float64) for name in ("whole", "cut"))
         if whole.shape != (KINDS, NUMBERS, NUMBERS) or cut.shape != (KINDS, 4, 4):
             raise ValueError(f"whitening of the shapes {whole.shape} and {cut.shape}")
+        if not (np.isfinite(whole).all() and np.isfinite(cut).all()):
+            raise ValueError("whitening has numbers that are not finite")
         return cls(whole, cut)
 
 
