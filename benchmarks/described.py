@@ -32,7 +32,7 @@ from workers.training.bank import BankShapes
 
 CONSOLE = Console(width=220)
 PROGRESS = Console(stderr=True)
-NOT_COUNTED = ("view",)
+NOT_COUNTED = ("view", "scan")
 """Rows beside the paper's eleven, shown but not part of the mean."""
 
 

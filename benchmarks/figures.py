@@ -15,8 +15,8 @@ FIGURES = ROOT / "docs" / "figures"
 CARDS = ROOT / "service" / "web" / "public" / "transformations"
 CARD_SIZE = (160, 120)
 POSED = ("isometry", "topology", "all")
-STRENGTHS = {"noise": 3, "view": 3}  # 5 where it is not said
-SEEDS = {"topology": 2, "view": 2}  # what is done to be seen from the front
+STRENGTHS = {"noise": 3, "view": 3, "scan": 3}  # 5 where it is not said
+SEEDS = {"topology": 2, "view": 2, "scan": 5}  # what is done to be seen from the front
 DETAILS = {  # left, top, right, bottom of what is shown, as shares of the drawing
     "topology": (0.03, 0.3, 0.71, 0.81),
     "micro-holes": (0.42, 0.08, 0.94, 0.47),

@@ -1,4 +1,7 @@
-"""Received files become blobs, and are there when the rows that refer to them are committed."""
+"""Received files become blobs, and are there when the rows that refer to them are committed.
+
+Bytes that were made for a request, such as a region of a shape, are stored in the same way.
+"""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -8,8 +11,11 @@ from sqlalchemy.orm import Session
 from workers.storage.blobs import BlobStore
 from workers.storage.references import hold_blobs
 
+Contents = Mapping[str, Path | bytes]
+"""Files on disk, or bytes, by the keys of their blobs."""
 
-def store_received(blobs: BlobStore, files: Mapping[str, Path]) -> None:
+
+def store_received(blobs: BlobStore, files: Contents) -> None:
     """Store files under their keys, before the transaction that refers to them.
 
     Parameters
@@ -17,13 +23,16 @@ def store_received(blobs: BlobStore, files: Mapping[str, Path]) -> None:
     blobs : BlobStore
         Where they are stored.
     files : Mapping
-        Files by the keys of their blobs; they stay where they are.
+        Files or bytes by the keys of their blobs; files stay where they are.
     """
-    for key, path in files.items():
-        blobs.put_file(key, path)
+    for key, content in files.items():
+        if isinstance(content, bytes):
+            blobs.put(key, content)
+        else:
+            blobs.put_file(key, content)
 
 
-def keep_received(session: Session, blobs: BlobStore, files: Mapping[str, Path]) -> None:
+def keep_received(session: Session, blobs: BlobStore, files: Contents) -> None:
     """Store again what was pruned since, and let nothing be pruned until the commit.
 
     Call it last in the transaction that refers to the files.
@@ -35,7 +44,7 @@ def keep_received(session: Session, blobs: BlobStore, files: Mapping[str, Path])
     blobs : BlobStore
         Where they are stored.
     files : Mapping
-        Files by the keys of their blobs.
+        Files or bytes by the keys of their blobs.
     """
     hold_blobs(session)
-    store_received(blobs, {key: path for key, path in files.items() if not blobs.exists(key)})
+    store_received(blobs, {key: file for key, file in files.items() if not blobs.exists(key)})

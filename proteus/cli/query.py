@@ -1,21 +1,25 @@
-"""``proteus query``: the stored shapes most like a mesh, or most like a stored shape."""
+"""``proteus query``: the stored shapes most like a mesh, a stored shape, or a region of one."""
 
 import json
 import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 from rich.markup import escape
 from rich.table import Table
 
 from proteus.cli.connection import Session, connected
+from proteus.cli.regions import choose_region
 from proteus.client import Client, Document, json_object
 from proteus.files import content_with_needs
 from proteus.terminal.output import CommandError, Output
 from proteus.terminal.tables import cell, make_table
 from proteus.terminal.waiting import PATIENCE_SECONDS, require_success, wait_for_job
+
+if TYPE_CHECKING:
+    import httpx  # which the client brings along where it is needed
 
 WAIT_SECONDS = 2  # for an answer at once; then there is a bar that says what is done
 TEXT_FIELDS = frozenset({"label", "name", "path", "transformation"})
@@ -58,15 +62,54 @@ def query(
         str, typer.Option(help="Search only what lay in this folder, or below it: models/animals.")
     ] = "",
     include_self: Annotated[
-        bool, typer.Option(help="Allow a stored shape to find itself.")
+        bool | None,
+        typer.Option(
+            help="Allow a stored shape to find itself; a region finds its shape by default.",
+            show_default=False,
+        ),
+    ] = None,
+    region_center: Annotated[
+        int | None,
+        typer.Option(
+            min=0,
+            metavar="VERTEX",
+            help="Search with a region of the stored shape: all within --region-radius of this "
+            "vertex, counted from 0 as in its GLB file.",
+        ),
+    ] = None,
+    region_radius: Annotated[
+        float | None,
+        typer.Option(metavar="R", help="Along the surface, in the unit of the mesh."),
+    ] = None,
+    region: Annotated[
+        Path | None,
+        typer.Option(
+            exists=True,
+            dir_okay=False,
+            metavar="FILE",
+            help="Search with a region of the stored shape: a file of its vertices, as JSON or "
+            "with spaces between.",
+        ),
+    ] = None,
+    part: Annotated[
+        bool, typer.Option("--part", help="The query is a part of what is looked for.")
+    ] = False,
+    whole: Annotated[
+        bool, typer.Option("--whole", help="The query is a whole shape, not a part of one.")
     ] = False,
 ) -> None:
-    """Find the shapes of a collection that are most like a mesh."""
+    """Find the shapes most like a mesh, a stored shape, or a region of one."""
     if (mesh is None) == (not shape):
         raise typer.BadParameter("give either a mesh file or --shape ID")
+    if part and whole:
+        raise typer.BadParameter("give at most one of --part and --whole")
+    cut = choose_region(region, region_center, region_radius)
+    if cut is not None and not shape:
+        raise typer.BadParameter("a region needs --shape ID, the stored shape that it is part of")
     options: Document = {"limit": limit}
     options |= {"model": model} if model else {}
     options |= {"dissimilarity": dissimilarity} if dissimilarity else {}
+    options |= {"match": "part" if part else "whole"} if part or whole else {}
     wanted = parse_filters(filters or [])
     if path:
         wanted["must"] = [*wanted.get("must", []), {"field": "path", "under": path}]
@@ -76,8 +119,12 @@ def query(
         result = query_by_mesh(
             session.client, session.output, collection, mesh.name, content, options
         )
+    elif cut is not None:
+        options |= {} if include_self is None else {"include_self": include_self}
+        body = {**options, "shape_id": shape, "region": cut}
+        result = query_by_region(session.client, session.output, collection, body)
     else:
-        body = {**options, "shape_id": shape, "include_self": include_self}
+        body = {**options, "shape_id": shape, "include_self": bool(include_self)}
         path = f"/v1/collections/{collection}/query"
         result = session.client.post(path, body)
     session.output.show(result, matches_table(result))
@@ -100,7 +147,7 @@ def query_by_mesh(
     name, content : str, bytes
         The mesh file.
     options : mapping
-        ``limit``, ``model``, ``dissimilarity``, ``filter`` as in the contract.
+        ``limit``, ``model``, ``dissimilarity``, ``match``, ``filter`` as in the contract.
     """
     client.patience_seconds = max(client.patience_seconds, PATIENCE_SECONDS)
     fields = {
@@ -114,10 +161,39 @@ def query_by_mesh(
         data=fields,
         files=[("mesh", (name, content))],
     )
+    return _await_result(client, output, answer, title=name)
+
+
+def query_by_region(
+    client: Client, output: Output, collection: str, body: Mapping[str, Any]
+) -> Document:
+    """Return the QueryResult of a region, waiting for its computation as long as it takes.
+
+    Parameters
+    ----------
+    output : Output
+        Shows what is done meanwhile.
+    body : mapping
+        ``shape_id``, ``region`` and options as in the contract.
+    """
+    client.patience_seconds = max(client.patience_seconds, PATIENCE_SECONDS)
+    answer = client.request(
+        "POST",
+        f"/v1/collections/{collection}/query",
+        params={"wait": WAIT_SECONDS},
+        json=body,
+    )
+    return _await_result(client, output, answer, title="region")
+
+
+def _await_result(
+    client: Client, output: Output, answer: "httpx.Response", *, title: str
+) -> Document:
+    """Return the result that was answered, or that a job is making."""
     if answer.status_code != 202:
         return json_object(answer)
     accepted = json_object(answer)
-    require_success(wait_for_job(client, output, accepted["job"], title=name))
+    require_success(wait_for_job(client, output, accepted["job"], title=title))
     return client.get(f"/v1/queries/{accepted['query_id']}")
 
 

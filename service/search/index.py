@@ -29,7 +29,7 @@ from service.search.shape_rows import ShapeRows
 from workers.geometry.arrays import BoolArray, Float32Array, IntArray
 from workers.storage.change_feed import CHANGE, Change, changes_after, pruned_up_to
 from workers.storage.database import Database
-from workers.storage.models import Counter
+from workers.storage.models import Counter, Descriptor, Signature
 
 log = structlog.get_logger(__name__)
 
@@ -112,6 +112,8 @@ class SearchIndex:
         What it is of.
     path : Path
         Its cache file.
+    feed : type
+        The table whose rows it keeps; those of signatures are bytes, four to a number.
     sizes : IndexSizes
         When it grows, is saved and drops dead rows.
     """
@@ -122,11 +124,13 @@ class SearchIndex:
         identity: Identity,
         path: Path,
         *,
+        feed: type[Descriptor | Signature] = Descriptor,
         sizes: IndexSizes = DEFAULT_SIZES,
     ) -> None:
         self.identity = identity
         self._database = database
         self._path = path
+        self._feed = feed
         self._sizes = sizes
         self._lock = threading.Lock()
         self._loaded = False
@@ -213,6 +217,7 @@ class SearchIndex:
             collection_id=self.identity.collection_id,
             model=self.identity.model,
             number=self._number,
+            feed=self._feed,
         )
         for batch in _batches(changes, self._sizes.batch):
             self._apply(batch)

@@ -16,13 +16,18 @@ from sqlalchemy.orm import Session
 from service.search.cache_file import Identity
 from service.search.index import SearchIndex, Snapshot
 from workers.retrieval.model import Model
+from workers.retrieval.windows.rows import ROW_BYTES
 from workers.storage.database import Database
+from workers.storage.models import Descriptor, Signature
 from workers.storage.stale_files import ENDING, PARTIAL, model_tag
 from workers.storage.trained_models import get_model_row, load_model, model_fingerprint
 
 log = structlog.get_logger(__name__)
 
 MAX_BYTES = 4 << 30
+WINDOWS = "windows"
+"""Folder below that of the cache files: for those of signatures."""
+
 PARTIAL_SECONDS = 3600
 Key = tuple[str, str]
 
@@ -69,10 +74,25 @@ class SearchIndexes:
         For cache files.
     max_bytes : int
         Memory for all of them together; the one that is searched stays in any case.
+    feed : type
+        The table that they follow; those of descriptors have others of signatures beside them.
     """
 
-    def __init__(self, database: Database, folder: Path, *, max_bytes: int = MAX_BYTES) -> None:
+    def __init__(
+        self,
+        database: Database,
+        folder: Path,
+        *,
+        max_bytes: int = MAX_BYTES,
+        feed: type[Descriptor | Signature] = Descriptor,
+    ) -> None:
         self._database = database
+        self._feed = feed
+        self._signatures = (
+            SearchIndexes(database, folder / WINDOWS, max_bytes=max_bytes, feed=Signature)
+            if feed is Descriptor
+            else None
+        )
         self._folder = folder
         self._max_bytes = max_bytes
         self._indexes: OrderedDict[Key, SearchIndex] = OrderedDict()
@@ -94,16 +114,17 @@ class SearchIndexes:
         Snapshot
             The index; it stays as it is while others update it.
         """
-        identity = Identity(
-            collection_id, search.model.name, search.fingerprint, search.model.dimension
-        )
+        dimension = search.model.dimension if self._feed is Descriptor else ROW_BYTES // 4
+        identity = Identity(collection_id, search.model.name, search.fingerprint, dimension)
         key = (collection_id, search.model.name)
         outdated: SearchIndex | None = None
         with self._lock:
             index = self._indexes.get(key)
             if index is None or index.identity != identity:
                 outdated, path = index, self._folder / identity.file_name
-                index = self._indexes[key] = SearchIndex(self._database, identity, path)
+                index = self._indexes[key] = SearchIndex(
+                    self._database, identity, path, feed=self._feed
+                )
                 self._in_use.add(index)
                 self._remove_files(*key, but=path)
             self._indexes.move_to_end(key)
@@ -112,6 +133,23 @@ class SearchIndexes:
         snapshot = index.snapshot()
         self._evict()
         return snapshot
+
+    def signatures(self, collection_id: str, search: SearchModel) -> Snapshot:
+        """Return the signatures of a collection under a model that compares windows.
+
+        Parameters
+        ----------
+        collection_id : str
+            Of the collection.
+        search : SearchModel
+            The model.
+
+        Returns
+        -------
+        Snapshot
+            Its rows are bytes, as `workers.retrieval.windows.rows` has them.
+        """
+        return (self._signatures or self).snapshot(collection_id, search)
 
     def forget_collection(self, collection_id: str) -> None:
         """Drop the indexes of a collection that was deleted, and their files.
@@ -123,6 +161,8 @@ class SearchIndexes:
         """
         self._forget(lambda key: key[0] == collection_id)
         self._remove_files(collection_id, None)
+        if self._signatures is not None:
+            self._signatures.forget_collection(collection_id)
 
     def forget_model(self, name: str) -> None:
         """Drop the indexes under a model that was deleted, and their files.
@@ -134,6 +174,8 @@ class SearchIndexes:
         """
         self._forget(lambda key: key[1] == name)
         self._remove_files(None, name)
+        if self._signatures is not None:
+            self._signatures.forget_model(name)
 
     def keep_only(self, collection_ids: Members[str], models: Members[str]) -> None:
         """Remove cache files of collections or models that are no more.
@@ -147,6 +189,8 @@ class SearchIndexes:
         models : collection of str
             Names of those that there are.
         """
+        if self._signatures is not None:
+            self._signatures.keep_only(collection_ids, models)
         tags = {model_tag(name) for name in models}
         for path in self._folder.glob(f"*{ENDING}"):
             collection_id, tag, *_ = [*path.name.split("."), ""]
@@ -175,6 +219,8 @@ class SearchIndexes:
             self._indexes.clear()
         for index in indexes:
             index.save()
+        if self._signatures is not None:
+            self._signatures.close()
 
     def _evict(self) -> None:
         """Drop the least recently used until the rest fits."""

@@ -5,6 +5,8 @@ from dataclasses import dataclass
 from service.search.filters import Filter
 from service.search.indexes import SearchModel
 from workers.geometry.arrays import Float32Array
+from workers.retrieval.windows.closely import AUTO
+from workers.retrieval.windows.signature import Signature
 from workers.storage.shapes import ShapeView
 
 
@@ -25,7 +27,9 @@ class SearchOptions:
     filter : Filter or None
         Which shapes are searched; None for all.
     include_self : bool
-        Whether a stored shape may find itself.
+        Whether a stored shape, or a region of one, may find that shape.
+    match : "auto", "whole" or "part"
+        What the query is taken for.
     """
 
     limit: int = 10
@@ -34,6 +38,7 @@ class SearchOptions:
     max_distance: float | None = None
     filter: Filter | None = None
     include_self: bool = False
+    match: str = AUTO
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,12 +55,18 @@ class SearchQuery:
         How to search.
     shape_id : str or None
         The query itself, where it is a stored shape.
+    signature : Signature or None
+        Its windows, where the model compares them.
+    cut_from : str or None
+        The stored shape that the query is a region of.
     """
 
     vector: Float32Array
     search: SearchModel
     options: SearchOptions
     shape_id: str | None = None
+    signature: Signature | None = None
+    cut_from: str | None = None
 
 
 @dataclass(frozen=True)
@@ -91,6 +102,8 @@ class Ranking:
         The nearest first; of equal distances, the smaller id first.
     searched : int
         How many shapes passed the filter and were compared.
+    searched_closely : int
+        How many of them were compared by their windows too.
     seconds : float
         How long it took.
     """
@@ -100,4 +113,5 @@ class Ranking:
     dissimilarity: str
     matches: tuple[Match, ...]
     searched: int
+    searched_closely: int
     seconds: float

@@ -2,11 +2,13 @@
 
 import time
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 from sqlalchemy.orm import Session
 
+from service.search.closely import closely
 from service.search.filters import matching_shapes
 from service.search.index import Snapshot
 from service.search.indexes import SearchIndexes, SearchModel, load_search_model
@@ -91,8 +93,23 @@ def rank_shapes(
         model,
         dissimilarity=options.dissimilarity,
     )  # (m,) distances
+    n_closely, quantiles = 0, model.impostor_quantiles
+    if model.windows is not None and query.signature is not None and not options.dissimilarity:
+        found, n_closely = closely(
+            query.signature,
+            model.windows,
+            found,
+            _PickedIds(snapshot.ids, rows),
+            indexes.signatures(collection.id, query.search),
+            options.match,
+        )
+        quantiles = model.windows.impostor_quantiles or quantiles
     order, shapes = _nearest(session, snapshot, rows, found, options)
-    similarities = similarity(found[order], model, dissimilarity=options.dissimilarity)
+    similarities = similarity(
+        found[order],
+        replace(model, impostor_quantiles=quantiles),
+        dissimilarity=options.dissimilarity,
+    )
     return Ranking(
         collection=collection.name,
         model=model.name,
@@ -102,6 +119,7 @@ def rank_shapes(
             for place, alike, shape in zip(order, similarities, shapes, strict=True)
         ),
         searched=len(rows),
+        searched_closely=n_closely,
         seconds=time.perf_counter() - started,
     )
 
@@ -125,13 +143,14 @@ def own_dissimilarity(model: Model) -> str:
 def _candidates(
     session: Session, snapshot: Snapshot, collection: Collection, query: SearchQuery
 ) -> IntArray:
-    """Rows that pass the filter, without the query itself."""
+    """Rows that pass the filter, without the query itself or the shape that it is cut from."""
     options = query.options
     rows = snapshot.rows
     if options.filter is not None:
         rows = snapshot.rows_of(matching_shapes(session, collection.id, options.filter))
-    if query.shape_id is not None and not options.include_self:
-        for row in snapshot.rows_of([query.shape_id]):
+    own = query.shape_id or query.cut_from
+    if own is not None and not options.include_self:
+        for row in snapshot.rows_of([own]):
             rows = rows[rows != row]
     return rows
 

@@ -21,7 +21,7 @@ def descriptors(mesh: TriangleMesh) -> dict[str, np.ndarray]:
     blobs = BlobStore(f"memory://{digest}")
     blobs.put(mesh_key(digest), data)
     read = read_mesh(blobs, digest, filename="m.ply", settings=Settings())
-    return describe_mesh(blobs, digest, read.mesh, built_in_models())
+    return dict(describe_mesh(blobs, digest, read.mesh, built_in_models()).vectors)
 
 
 MESHES = {

@@ -6,12 +6,13 @@ from pathlib import Path
 import pytest
 
 from proteus.cli.query import parse_filters
+from proteus.cli.regions import read_vertices
 from proteus.files import CountingFile, UploadFile, find_files, make_batches
 from proteus.terminal.output import CommandError
 from tests.meshes import bumpy_sphere, gltf_with_buffer, scaled
 from tests.proteus.conftest import MOST_BYTES, Run
 from tests.proteus.real_service import Fault, RealService
-from tests.service.running import off
+from tests.service.running import off, zoo_files
 from workers.geometry.formats import write
 
 FORMATS = ("off", "obj", "ply", "stl")
@@ -238,6 +239,20 @@ def test_query_by_shape_sends_its_options(run: Run, service: RealService) -> Non
     assert {match["shape"]["label"] for match in found["matches"]} == {"ball"}
 
 
+def test_query_says_whether_it_is_a_part_or_a_whole(
+    run: Run, service: RealService, tmp_path: Path
+) -> None:
+    mesh = tmp_path / "ring.ply"
+    mesh.write_bytes(zoo_files()["ring.null.0.ply"])
+    ring = json.loads(run("shapes", "list", "-c", "zoo", "--label", "ring", "--json").stdout)[0]
+    for match in ("part", "whole"):
+        assert run("query", "-c", "zoo", "--shape", ring["id"], f"--{match}").exit_code == 0
+        assert service.sent("POST", "/query")[-1].json["match"] == match
+        assert run("query", mesh, "-c", "zoo", f"--{match}").exit_code == 0
+        assert f'name="match"\r\n\r\n{match}'.encode() in service.sent("POST", "/mesh")[-1].body
+    assert run("query", mesh, "-c", "zoo", "--part", "--whole").exit_code == 2
+
+
 @pytest.mark.parametrize("slow", [False, True])
 def test_query_by_mesh_prints_the_ranked_answer(
     run: Run, service: RealService, tmp_path: Path, slow: bool
@@ -257,6 +272,75 @@ def test_query_by_mesh_prints_the_ranked_answer(
     assert "ring" not in {row[2] for row in rows}
     asked = any("/v1/queries/" in request.path for request in service.requests)
     assert asked == slow
+
+
+@pytest.mark.parametrize("slow", [False, True])
+def test_query_by_region_finds_the_shape_that_it_is_part_of(
+    run: Run, service: RealService, tmp_path: Path, slow: bool
+) -> None:
+    """A region that is not described yet is 202 with a job, which is followed."""
+    ring = json.loads(run("shapes", "list", "-c", "zoo", "--label", "ring", "--json").stdout)[0]
+    command = ["query", "-c", "zoo", "--shape", ring["id"], "--json"]
+    service.front.answers_at_once = slow
+    try:
+        radius = 1.0 + 0.5 * slow
+        result = run(*command, "--region-center", "0", "--region-radius", radius)
+    finally:
+        service.front.answers_at_once = False
+    assert result.exit_code == 0, result.output
+    body = service.sent("POST", "/query")[-1].json
+    assert body == {
+        "shape_id": ring["id"], "limit": 10, "region": {"center": 0, "radius": radius},
+    }  # fmt: skip
+    found = json.loads(result.stdout)
+    assert ring["id"] in {match["shape"]["id"] for match in found["matches"]}
+    assert any("/v1/queries/" in request.path for request in service.requests) == slow
+    without = run(*command, "--region-center", "0", "--region-radius", radius, "--no-include-self")
+    others = json.loads(without.stdout)
+    assert others["searched"] == found["searched"] - 1
+
+
+@pytest.mark.parametrize(
+    "text", ["[0, 1, 12, 13, 24, 25]", '{"vertices": [0, 1, 12, 13, 24, 25]}', "0 1\n12,13;24\n25 "]
+)
+def test_region_is_read_from_a_file(
+    run: Run, service: RealService, tmp_path: Path, text: str
+) -> None:
+    ring = json.loads(run("shapes", "list", "-c", "zoo", "--label", "ring", "--json").stdout)[0]
+    file = tmp_path / "region.txt"
+    file.write_text(text)
+    result = run("query", "-c", "zoo", "--shape", ring["id"], "--region", file, "--json")
+    assert result.exit_code == 0, result.output
+    asked = service.sent("POST", "/query")[-1].json["region"]
+    assert asked == {"vertices": [0, 1, 12, 13, 24, 25]}
+    assert json.loads(result.stdout)["query"]["region"] == {"n_vertices": 6, "n_faces": 4}
+
+
+@pytest.mark.parametrize("text", ["", "[]", "[0.5]", "[true]", "0 x", '{"faces": [1]}', "1.5"])
+def test_file_of_a_region_that_has_no_vertices_says_so(tmp_path: Path, text: str) -> None:
+    file = tmp_path / "region.txt"
+    file.write_text(text)
+    with pytest.raises(CommandError, match="vertex indices"):
+        read_vertices(file)
+    file.write_bytes(b"\xff\xfe\x00")
+    with pytest.raises(CommandError, match="no text"):
+        read_vertices(file)
+
+
+def test_region_is_given_in_one_way_and_of_a_stored_shape(run: Run, tmp_path: Path) -> None:
+    mesh, file = tmp_path / "gem.off", tmp_path / "region.txt"
+    mesh.write_bytes(off(bumpy_sphere(2, seed=1)))
+    file.write_text("7")
+    assert read_vertices(file) == [7]
+    disc = ["--region-center", "0", "--region-radius", "1"]
+    for wrong in (
+        ["--shape", "x", *disc[:2]],
+        ["--shape", "x", *disc[2:]],
+        ["--shape", "x", *disc, "--region", file],
+        [mesh, *disc],
+        [mesh, "--region", file],
+    ):
+        assert run("query", "-c", "zoo", *wrong).exit_code == 2
 
 
 def test_query_that_cannot_be_read_says_why(run: Run, tmp_path: Path) -> None:

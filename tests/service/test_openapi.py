@@ -38,7 +38,7 @@ CONTRACT = {
     ("get", "/v1/shapes/{shape_id}/eigenfunction"): {"200", "304", "404", "409", "422"},
     ("get", "/v1/shapes/{shape_id}/distribution"): {"200", "404", "409", "422"},
     ("get", "/v1/shapes/{shape_id}/comparison"): {"200", "404", "409", "422"},
-    ("post", "/v1/collections/{collection}/query"): {"200", "404", "409", "422"},
+    ("post", "/v1/collections/{collection}/query"): {*JOB_STATUSES, "404", "409", "422"},
     ("post", "/v1/collections/{collection}/query/mesh"): {
         *JOB_STATUSES,
         "404",

@@ -7,6 +7,7 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
+from sqlalchemy import select
 
 from tests.meshes import scaled
 from tests.service.conftest import Start
@@ -16,6 +17,7 @@ from workers.retrieval.model import Model
 from workers.retrieval.scan import distances
 from workers.storage.arrays import vector_from_bytes
 from workers.storage.descriptors import get_vector
+from workers.storage.models import Query
 from workers.storage.trained_models import load_model
 
 BALL, TWIN, RING, GREY, CRATE = ZOO
@@ -32,7 +34,9 @@ def without_time(answer: Json) -> Json:
 def test_a_shape_finds_its_scaled_twin_first(zoo: Api) -> None:
     answer = zoo.ask("zoo", shape_id=zoo.shape_ids[BALL])
     assert (answer["collection"], answer["model"], answer["dissimilarity"]) == ("zoo", "heat", "l1")
-    assert answer["query"] == {"shape_id": zoo.shape_ids[BALL], "sha256": None}
+    assert answer["query"] == {
+        "shape_id": zoo.shape_ids[BALL], "sha256": None, "region": None,
+    }  # fmt: skip
     assert answer["searched"] == 4
     assert found(answer)[0] == TWIN
     assert [match["rank"] for match in answer["matches"]] == [1, 2, 3, 4]
@@ -90,6 +94,23 @@ def test_limit_and_distance_cut_the_same_ranking(zoo: Api) -> None:
     assert zoo.ask("zoo", shape_id=zoo.shape_ids[GREY], max_distance=0)["matches"] == []
 
 
+def test_a_question_may_say_what_it_stands_for(zoo: Api) -> None:
+    for match in ("auto", "whole", "part"):
+        answer = zoo.ask("zoo", shape_id=zoo.shape_ids[RING], match=match)
+        assert answer["searched"] == 4
+        assert zoo.ask_mesh("zoo", zoo_files()[RING], match=match)["searched"] == 5
+    zoo.ask_mesh("zoo", zoo_files()[RING], 422, match="most")
+
+
+def test_what_was_not_given_is_not_stored(zoo: Api) -> None:
+    """So that the same question is still the same after an option was added."""
+    zoo.ask_mesh("zoo", zoo_files()[RING], limit="2")
+    zoo.ask_mesh("zoo", zoo_files()[RING], match="part")
+    with zoo.services.database.read() as session:
+        stored = list(session.scalars(select(Query.parameters).order_by(Query.id)))
+    assert stored == [{"limit": 2}, {"match": "part"}]
+
+
 def test_a_filter_leaves_distances_as_they_are(zoo: Api) -> None:
     whole = zoo.ask("zoo", shape_id=zoo.shape_ids[CRATE])
     wanted = {"must": [{"field": "label", "equals": "ball"}]}
@@ -119,6 +140,7 @@ def test_a_patched_label_counts_from_the_next_question_on(zoo: Api) -> None:
         ({"limit": 0}, "limit"),
         ({"limit": 1001}, "limit"),
         ({"max_distance": -1}, "max_distance"),
+        ({"match": "most"}, "match"),
         ({"shape_id": 7}, "shape_id"),
         ({"shape_id": "\x00"}, "shape_id"),
         ({"labels": "cat"}, "labels"),

@@ -31,11 +31,10 @@ from workers.training.candidates import candidate_model
 from workers.training.examples import VARIANT_VERSION
 from workers.transformations import PAPER_TRANSFORMATIONS, TRANSFORMATION_VERSION
 
-RAISED_SINCE = {"preparation": ("3", "5"), "solver": ("1", "3")}
+RAISED_SINCE: dict[str, tuple[str, str]] = {}
 """Versions that the model was trained with, and those of the code that it was measured with since.
 
-Decision 32 has the figures. The creature that stands in the report was described anew. ``make
-train-default`` empties this.
+``make train-default`` empties this.
 """
 
 

@@ -90,7 +90,7 @@ def farthest_points(
         Components without a point come first, in the order of their vertices.
     """
     n = graph.shape[0]
-    from_start = dijkstra(graph, directed=True, indices=start)
+    from_start = _search(graph, start, np.inf)
     taken = int(np.argmax(np.where(np.isfinite(from_start), from_start, -1.0)))
     vertices = np.empty(min(count, n), dtype=np.int64)
     distances = np.empty((len(vertices), n))
@@ -99,12 +99,35 @@ def farthest_points(
     for place in range(len(vertices)):
         vertices[place] = taken
         limit = max(reach, float(nearest.max()))
-        found = dijkstra(graph, directed=True, indices=taken, limit=limit)
+        found = _search(graph, taken, limit)
         distances[place] = found
         closer = found < nearest
         nearest[closer], cells[closer] = found[closer], place
         taken = int(np.argmax(nearest))
     return FarthestPoints(vertices, distances, cells)
+
+
+def distances_from(graph: sparse.csr_array, vertices: IntArray, reach: float) -> FloatArray:
+    """Distances from some vertices to all others within reach.
+
+    Parameters
+    ----------
+    graph : (n, n) sparse
+        What `surface_graph` gave.
+    vertices : (s,) int64
+        Indices; one may come again.
+    reach : float
+        Longest distance that is looked for, in the unit of the graph.
+
+    Returns
+    -------
+    (s, n) float64
+        Infinite beyond the reach and in other components.
+    """
+    if len(vertices) == 0:
+        return np.empty((0, graph.shape[0]))
+    found = dijkstra(graph, directed=True, indices=vertices, limit=reach)
+    return np.asarray(found, dtype=np.float64)
 
 
 def mutual_distances(graph: sparse.csr_array, vertices: IntArray) -> FloatArray:
@@ -122,9 +145,15 @@ def mutual_distances(graph: sparse.csr_array, vertices: IntArray) -> FloatArray:
     (s, s) float64
         Symmetric to the last bit; infinite between components.
     """
-    found = dijkstra(graph, directed=True, indices=vertices)[:, vertices]
-    symmetric: FloatArray = np.minimum(found, found.T)
+    between = distances_from(graph, vertices, np.inf)[:, vertices]
+    symmetric: FloatArray = np.minimum(between, between.T)
     return symmetric
+
+
+def _search(graph: sparse.csr_array, start: int, limit: float) -> FloatArray:
+    """Distances (n,) from a vertex; the graph is symmetric, so its direction is no matter."""
+    found: FloatArray = distances_from(graph, np.array([start]), limit)[0]
+    return found
 
 
 def _unfolded(mesh: TriangleMesh) -> tuple[IntArray, FloatArray]:

@@ -51,7 +51,9 @@ def prepare(mesh: TriangleMesh, view: View) -> PreparedMesh:
 
 
 class Preparation:
-    """Working meshes of one cleaned mesh: first steps that views share run once.
+    """Working meshes of one cleaned mesh: a step that views share runs once on the same mesh.
+
+    A step that leaves a mesh as it is makes no difference to what comes after it.
 
     Parameters
     ----------
@@ -61,7 +63,9 @@ class Preparation:
 
     def __init__(self, mesh: TriangleMesh) -> None:
         """Nothing is done yet."""
-        self._after: dict[tuple[Step, ...], PreparedMesh] = {(): PreparedMesh(mesh, ())}
+        self._mesh = mesh
+        # By the identity of the mesh before, which is kept so that no other mesh gets it.
+        self._after: dict[tuple[int, Step], tuple[TriangleMesh, PreparedMesh]] = {}
 
     def under(self, view: View) -> PreparedMesh:
         """Prepare the mesh as a view says; see `prepare`.
@@ -76,25 +80,29 @@ class Preparation:
         PreparedMesh
             The same as if nothing had run before.
         """
-        for count, step in enumerate(view.steps):
-            done = view.steps[: count + 1]
-            if done not in self._after:
-                self._after[done] = _run(step, self._after[done[:-1]], view)
-        return self._after[view.steps]
+        mesh, notes = self._mesh, list[str]()
+        for step in view.steps:
+            key = id(mesh), step
+            if key not in self._after:
+                self._after[key] = mesh, _run(step, mesh, view)
+            _, done = self._after[key]
+            mesh = done.mesh
+            notes += done.notes
+        return PreparedMesh(mesh, tuple(notes))
 
 
-def _run(step: Step, before: PreparedMesh, view: View) -> PreparedMesh:
-    """Take one step further."""
-    mesh, said = _STEPS[step.name](before.mesh, step.parameters)
-    if mesh is not before.mesh:
+def _run(step: Step, before: TriangleMesh, view: View) -> PreparedMesh:
+    """Take one step further; notes are of this step alone."""
+    mesh, said = _STEPS[step.name](before, step.parameters)
+    if mesh is not before:
         mesh = without_useless_faces(mesh)
-    if mesh.n_faces < min(FEWEST_FACES, before.mesh.n_faces):  # a component may have fewer
+    if mesh.n_faces < min(FEWEST_FACES, before.n_faces):  # a component may have fewer
         raise InvalidMeshError(
             f"step {step.name!r} of the view {view.name!r} left {mesh.n_faces} of "
-            f"{before.mesh.n_faces:,} faces with area, expected at least {FEWEST_FACES}: the shape "
+            f"{before.n_faces:,} faces with area, expected at least {FEWEST_FACES}: the shape "
             "is too thin"
         )
-    return PreparedMesh(mesh, (*before.notes, *(f"{step.name}: {told}" for told in said)))
+    return PreparedMesh(mesh, tuple(f"{step.name}: {told}" for told in said))
 
 
 _Outcome = tuple[TriangleMesh, tuple[str, ...]]

@@ -154,6 +154,37 @@ class Solver:
         components = described_components(self._mesh)
         return [(component, Preparation(component.mesh)) for component in components]
 
+    def prepared(self, view: View) -> TriangleMesh:
+        """Prepare the mesh as a view says, without a spectrum.
+
+        Parameters
+        ----------
+        view : View
+            How the mesh is prepared.
+
+        Returns
+        -------
+        TriangleMesh
+            The working meshes of all components that the view leaves anything of.
+
+        Raises
+        ------
+        InvalidMeshError, SpectrumError
+            It leaves none.
+        """
+        self._enter("simplifying")
+        if len(self._components) == 1:
+            return self._components[0][1].under(view).mesh
+        meshes, error = list[TriangleMesh](), None
+        for component, preparation in self._components:
+            try:
+                meshes.append(preparation.under(view.for_share(component.weight)).mesh)
+            except (InvalidMeshError, SpectrumError) as caught:
+                error = error or caught
+        if error and not meshes:
+            raise error
+        return _joined(meshes)
+
     def under(self, view: View) -> Solution:
         """Solve the mesh under a view; see `solve`.
 
@@ -185,6 +216,13 @@ class Solver:
         return united(found)
 
 
+def _joined(meshes: Sequence[TriangleMesh]) -> TriangleMesh:
+    """One mesh of several, their vertices one after the other."""
+    starts = np.cumsum([0, *(mesh.n_vertices for mesh in meshes)])
+    faces = [mesh.faces + start for mesh, start in zip(meshes, starts, strict=False)]
+    return TriangleMesh(np.concatenate([m.vertices for m in meshes]), np.concatenate(faces))
+
+
 def united(parts: Sequence[Part]) -> Solution:
     """The solution of a surface of several components.
 
@@ -202,8 +240,7 @@ def united(parts: Sequence[Part]) -> Solution:
     meshes = [part.solution.mesh for part in parts]
     spectra = [part.solution.spectrum for part in parts]
     starts = np.cumsum([0, *(mesh.n_vertices for mesh in meshes)])
-    faces = [mesh.faces + start for mesh, start in zip(meshes, starts, strict=False)]
-    mesh = TriangleMesh(np.concatenate([m.vertices for m in meshes]), np.concatenate(faces))
+    mesh = _joined(meshes)
     values = np.concatenate([spectrum.eigenvalues for spectrum in spectra])
     owners = np.repeat(np.arange(len(spectra)), [s.n_eigenpairs for s in spectra])
     columns = np.concatenate([np.arange(s.n_eigenpairs) for s in spectra])

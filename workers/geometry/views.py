@@ -14,6 +14,7 @@ from workers.geometry.spectrum import SOLVER_VERSION
 PREPARATION_VERSION = "5"
 """Part of every view's key: raised when a step gives another mesh than before."""
 
+LONGEST_HOLE = 1.0  # p² / A: what is longer may be where a part was cut off (decision 0036)
 LONGEST_LOOP = 50.0  # p² / A: longer ones are the rims of sheets, which are doubled: decision 0008
 FIRST_SIZE = 2  # times the working vertices: what is smoothed and compared (decision 0032)
 SMOOTHED_VERTICES = 2500  # nothing finer is left of a smoothed surface: chosen, not measured
@@ -256,6 +257,23 @@ def named_view(name: str, *, working_vertices: int = 5000) -> View:
     simplifying = _simplifying(min(working_vertices, SMOOTHED_VERTICES))
     steps = (*_sizing(working_vertices), FAIRING, SMOOTHING, simplifying)
     return View(name, steps if name == "smooth-open" else (CLOSING, *steps, DOUBLING))
+
+
+def window_view(*, working_vertices: int = 5000) -> View:
+    """View "windows": as `open_view`, but with small holes capped; its spectrum is not computed.
+
+    Parameters
+    ----------
+    working_vertices : int
+        Most vertices of the working mesh.
+
+    Returns
+    -------
+    View
+        No eigenpairs are asked for under it.
+    """
+    steps = (*_sizing(working_vertices), _simplifying(working_vertices))
+    return View("windows", (Step("cap-holes", {"longest": LONGEST_HOLE}), *steps))
 
 
 def _sizing(working_vertices: int) -> tuple[Step, ...]:

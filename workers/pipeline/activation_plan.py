@@ -13,7 +13,8 @@ from workers.storage.trained_models import load_model
 def plan_activation(session: Session, collection: str, model: str) -> tuple[Job, list[Part]]:
     """Make the job that describes a collection under a model and then moves it there.
 
-    From the commit on, uploads are described under both.
+    From the commit on, uploads are described under both. Shapes that the model compares by windows
+    and that have none, since they were stored before, are described anew.
 
     Parameters
     ----------
@@ -33,10 +34,12 @@ def plan_activation(session: Session, collection: str, model: str) -> tuple[Job,
         The collection or model does not exist, or the model is not trained yet.
     """
     row = get_collection(session, collection, lock=True)
-    load_model(session, model)
+    compares_windows = load_model(session, model).windows is not None
     add_model(session, row.id, model)
     session.flush()
-    undescribed = undescribed_shapes(session, row, model, with_failed=True)
+    undescribed = undescribed_shapes(
+        session, row, model, with_failed=True, with_unsigned=compares_windows
+    )
     return create_job(
         session,
         kind="describe",

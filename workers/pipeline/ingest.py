@@ -82,6 +82,7 @@ def ingest(bench: Workbench, claim: Claim) -> Outcome:
             {**before.vectors, **more.vectors},
             {**before.errors, **more.errors},
             (*before.notes, *more.notes),
+            {**before.signatures, **more.signatures},
         )
         return Outcome(store=partial(_store, shape.id, facts, found, describe_further))
 
@@ -136,7 +137,8 @@ def _store(
     shape.error = _reason([found.errors[name] for name in sorted(needed & found.errors.keys())])
     described = sorted(needed & found.vectors.keys())
     rows = [(shape.id, name, vector_to_bytes(found.vectors[name])) for name in described]
-    store_descriptors(session, shape.collection_id, rows)
+    signatures = [(shape.id, n, found.signatures[n]) for n in described if n in found.signatures]
+    store_descriptors(session, shape.collection_id, rows, signatures)
     return None
 
 

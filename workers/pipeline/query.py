@@ -4,9 +4,11 @@ from functools import partial
 
 from sqlalchemy.orm import Session
 
+from workers.geometry.solution import Solver
 from workers.pipeline.outcome import Outcome
 from workers.pipeline.progress import READING
 from workers.pipeline.solve import describe_mesh, read_mesh
+from workers.pipeline.windows import signature_of_query
 from workers.pipeline.workbench import Workbench
 from workers.storage.arrays import vector_to_bytes
 from workers.storage.descriptors import store_query_vectors
@@ -44,9 +46,13 @@ def answer_query(bench: Workbench, claim: Claim) -> Outcome:
         bench.blobs, sha256, filename=claim.payload["filename"], settings=bench.settings
     )
     store_cleaned(bench.blobs, sha256, read.mesh)
-    vector = describe_mesh(bench.blobs, sha256, read.mesh, [model], enter=bench.progress.enter)[
-        name
-    ]
+    solver = Solver(read.mesh, bench.progress.enter)
+    described = describe_mesh(
+        bench.blobs, sha256, read.mesh, [model], enter=bench.progress.enter, solver=solver
+    )
+    if model.windows is not None:
+        signature_of_query(bench.blobs, sha256, model.windows, mesh=read.mesh, solver=solver)
+    vector = described.vectors[name]
     return Outcome(store=partial(_store, sha256, name, vector_to_bytes(vector)))
 
 

@@ -1,22 +1,31 @@
 """The queries of an evaluation are ranked under one model."""
 
 import json
+from collections.abc import Mapping
+from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
+from sqlalchemy import select
 from sqlalchemy.orm import Session
 
-from workers.geometry.arrays import Float32Array, FloatArray
+from workers.geometry.arrays import BoolArray, Float32Array, FloatArray
 from workers.pipeline.evaluation_plan import load_frame
 from workers.pipeline.outcome import Outcome
 from workers.pipeline.progress import SEARCHING
+from workers.pipeline.windows import signature_of_query
 from workers.pipeline.workbench import Workbench
 from workers.retrieval.model import Model
 from workers.retrieval.protocol import Protocol
 from workers.retrieval.ranking import rank_queries
 from workers.retrieval.scan import distances, rerank
+from workers.retrieval.windows.closely import compare_closely
+from workers.retrieval.windows.matching import WindowMatching
+from workers.retrieval.windows.rows import ROW_BYTES
 from workers.storage.arrays import vector_from_bytes
-from workers.storage.blobs import ranking_key
+from workers.storage.blobs import BlobStore, ranking_key
 from workers.storage.change_feed import changes_after
+from workers.storage.models import Shape, Signature
 from workers.storage.parts import Claim
 from workers.storage.trained_models import load_model
 
@@ -53,17 +62,92 @@ def rank(bench: Workbench, claim: Claim) -> Outcome:
         return Outcome()
     targets = matrix[protocol.targets]  # (m, d)
 
+    start, stop = payload["start"], payload["stop"]
+    chosen = payload["dissimilarity"]
+    windows = None
+    if model.windows is not None and chosen is None:
+        windows = _Windows.load(bench, protocol, model, payload["collection_id"], start, stop)
+
     def distances_from(place: int) -> FloatArray:
         query = matrix[protocol.queries[place]]
-        chosen = payload["dissimilarity"]
         near = distances(query, targets, model, dissimilarity=chosen)
-        return rerank(query, lambda rows: targets[rows], near, model, dissimilarity=chosen)
+        found = rerank(query, lambda rows: targets[rows], near, model, dissimilarity=chosen)
+        return found if windows is None else windows.closely(place, found)
 
-    start, stop = payload["start"], payload["stop"]
     ranking = rank_queries(protocol, distances_from, places=range(start, stop))
     key = ranking_key(payload["evaluation_id"], payload["frame"], payload["number"], start)
     bench.blobs.put(key, json.dumps(ranking.to_json()).encode())
     return Outcome()
+
+
+@dataclass(frozen=True, eq=False)
+class _Windows:
+    """Windows of an evaluation's queries and targets.
+
+    Attributes
+    ----------
+    blobs : BlobStore
+        Where signatures of queries are.
+    contents : Mapping
+        Hashes of the queries' meshes by their places.
+    matching : WindowMatching
+        Of the model.
+    rows : (m, bytes) uint8
+        Signatures of the targets.
+    known : (m,) bool
+        Which targets have one.
+    """
+
+    blobs: BlobStore
+    contents: Mapping[int, str]
+    matching: WindowMatching
+    rows: NDArray[np.uint8]
+    known: BoolArray
+
+    @classmethod
+    def load(
+        cls,
+        bench: Workbench,
+        protocol: Protocol,
+        model: Model,
+        collection_id: str,
+        start: int,
+        stop: int,
+    ) -> "_Windows | None":
+        """Read the signatures of all targets, and which meshes the queries are."""
+        if model.windows is None:
+            return None
+        targets = protocol.targets.tolist()
+        place = {protocol.shapes[number].id: i for i, number in enumerate(targets)}
+        rows = np.zeros((len(targets), ROW_BYTES), dtype=np.uint8)
+        known = np.zeros(len(targets), dtype=np.bool_)
+        ids = {n: protocol.shapes[int(protocol.queries[n])].id for n in range(start, stop)}
+        with bench.database.read() as session:
+            for change in changes_after(
+                session, collection_id=collection_id, model=model.name, number=0, feed=Signature
+            ):
+                if change.vector is not None and change.shape_id in place:
+                    row = place[change.shape_id]
+                    rows[row] = np.frombuffer(change.vector, dtype=np.uint8)
+                    known[row] = True
+            wanted = select(Shape.id, Shape.sha256).where(Shape.id.in_(ids.values()))
+            contents = {row.id: row.sha256 for row in session.execute(wanted)}
+        by_place = {n: contents[shape_id] for n, shape_id in ids.items() if shape_id in contents}
+        return cls(bench.blobs, by_place, model.windows, rows, known)
+
+    def closely(self, place: int, found: FloatArray) -> FloatArray:
+        """Distances (m,) of a query from all evidence."""
+        content = self.contents.get(place)
+        query = None if content is None else signature_of_query(self.blobs, content, self.matching)
+        if query is None:
+            return found
+        return compare_closely(
+            query,
+            self.matching,
+            found,
+            lambda places: np.where(self.known[places], places, -1),
+            lambda rows, n_bytes: self.rows[rows, : n_bytes or None],
+        )[0]
 
 
 def _descriptors(

@@ -1,7 +1,7 @@
 """From bytes to descriptors: parse, clean, prepare, solve, describe."""
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Literal
 
 from workers.errors import (
@@ -17,6 +17,7 @@ from workers.geometry.mesh import TriangleMesh
 from workers.geometry.solution import Solution, Solver
 from workers.geometry.views import View
 from workers.pipeline.progress import DESCRIBING, Progress
+from workers.pipeline.windows import take_signature
 from workers.retrieval.model import Model, describe
 from workers.settings import Settings
 from workers.storage.blobs import BlobStore, mesh_key
@@ -155,6 +156,20 @@ def solve_view(
         return store_solution(blobs, sha256, view, found, cleaned=mesh)
 
 
+@dataclass(frozen=True)
+class Described:
+    """Descriptors by model name, and errors by the names of the other models.
+
+    Models that compare windows have signatures, too. What is out of the ordinary in how it was
+    solved is noted by view.
+    """
+
+    vectors: Mapping[str, Float32Array]
+    errors: Mapping[str, ProteusError]
+    notes: tuple[str, ...] = ()
+    signatures: Mapping[str, bytes] = field(default_factory=dict)
+
+
 def describe_mesh(
     blobs: BlobStore,
     sha256: str,
@@ -162,7 +177,8 @@ def describe_mesh(
     models: Sequence[Model],
     *,
     enter: Callable[[str], None] = UNHEARD,
-) -> dict[str, Float32Array]:
+    solver: Solver | None = None,
+) -> Described:
     """Describe a cleaned mesh; a view is solved once for all models.
 
     Parameters
@@ -177,33 +193,23 @@ def describe_mesh(
         Under which it is described.
     enter : callable
         Is told the name of each step before it begins.
+    solver : Solver, optional
+        Of the mesh, where more is computed of it.
 
     Returns
     -------
-    dict of str to (d,) float32
-        Descriptors by model name.
+    Described
+        Under every one of them.
 
     Raises
     ------
     SpectrumError, KernelDomainError
         It cannot be described under one of them.
     """
-    described = describe_under_each(blobs, sha256, mesh, models, enter=enter)
+    described = describe_under_each(blobs, sha256, mesh, models, enter=enter, solver=solver)
     for error in described.errors.values():
         raise error
-    return dict(described.vectors)
-
-
-@dataclass(frozen=True)
-class Described:
-    """Descriptors by model name, and errors by the names of the other models.
-
-    What is out of the ordinary in how it was solved is noted by view.
-    """
-
-    vectors: Mapping[str, Float32Array]
-    errors: Mapping[str, ProteusError]
-    notes: tuple[str, ...] = ()
+    return described
 
 
 def describe_under_each(
@@ -213,6 +219,7 @@ def describe_under_each(
     models: Sequence[Model],
     *,
     enter: Callable[[str], None] = UNHEARD,
+    solver: Solver | None = None,
 ) -> Described:
     """Describe a cleaned mesh under each model that it can be described under.
 
@@ -228,6 +235,8 @@ def describe_under_each(
         Under which it is described.
     enter : callable
         Is told the name of each step before it begins.
+    solver : Solver, optional
+        Of the mesh, where more is computed of it.
 
     Returns
     -------
@@ -238,7 +247,9 @@ def describe_under_each(
     vectors: dict[str, Float32Array] = {}
     errors: dict[str, ProteusError] = {}
     notes: dict[str, None] = {}
-    solver = Solver(mesh, enter)
+    signatures: dict[str, bytes] = {}
+    taken: dict[str, bytes | None] = {}
+    solver = solver or Solver(mesh, enter)
     for model in models:
         try:
             for view in model.views:
@@ -251,4 +262,12 @@ def describe_under_each(
             vectors[model.name] = describe(own, model)
         except (KernelDomainError, SpectrumError) as error:
             errors[model.name] = error
-    return Described(vectors, errors, tuple(notes))
+            continue
+        if model.windows is not None:
+            key = model.windows.view.key
+            if key not in taken:
+                taken[key] = take_signature(solver, mesh, model.windows)
+            found = taken[key]
+            if found is not None:
+                signatures[model.name] = found
+    return Described(vectors, errors, tuple(notes), signatures)

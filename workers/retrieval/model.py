@@ -15,6 +15,7 @@ from workers.geometry.views import View
 from workers.retrieval.channels import Channel, channel_from_json
 from workers.retrieval.channels.signatures import Signatures
 from workers.retrieval.roughness import RoughnessLimits
+from workers.retrieval.windows.matching import WindowMatching
 
 Entry = Channel | RoughnessLimits
 """What has columns of its own in a descriptor."""
@@ -43,6 +44,8 @@ class Model:
         Median distance between different classes by dissimilarity, where it was measured.
     impostor_quantiles : tuple of float
         Distances below which `IMPOSTOR_SHARES` of the pairs of different shapes lay in training.
+    windows : WindowMatching or None
+        How the nearest shapes, and those with like windows, are compared closely.
     """
 
     name: str
@@ -55,6 +58,7 @@ class Model:
     versions: Mapping[str, str] = field(default_factory=dict)
     typical_distances: Mapping[str, float] = field(default_factory=dict)
     impostor_quantiles: tuple[float, ...] = ()
+    windows: WindowMatching | None = None
 
     def __post_init__(self) -> None:
         """Check that channels have names of their own and views that are there."""
@@ -143,6 +147,7 @@ class Model:
             "versions": dict(self.versions),
             "typical_distances": dict(self.typical_distances),
             "impostor_quantiles": list(self.impostor_quantiles),
+            **({} if self.windows is None else {"windows": self.windows.to_json()}),
         }
 
     @classmethod
@@ -166,6 +171,7 @@ class Model:
         """
         try:
             channels, roughness_limits = _entries_from_json(value["channels"])
+            windows = value.get("windows")
             return cls(
                 name=str(value["name"]),
                 method=str(value["method"]),
@@ -177,6 +183,7 @@ class Model:
                 versions=value["versions"],
                 typical_distances=value["typical_distances"],
                 impostor_quantiles=tuple(float(d) for d in value["impostor_quantiles"]),
+                windows=None if windows is None else WindowMatching.from_json(windows),
             )
         except (AttributeError, KeyError, TypeError, ValueError) as error:
             raise InvalidRequestError(f"the model cannot be read: {error!r}") from error

@@ -14,7 +14,14 @@ from dataclasses import dataclass
 from sqlalchemy import delete, func, insert, select, tuple_, update
 from sqlalchemy.orm import Session
 
-from workers.storage.models import Collection, Counter, Descriptor, PrunedChange
+from workers.storage.models import (
+    FEEDS,
+    Collection,
+    Counter,
+    Descriptor,
+    PrunedChange,
+    Signature,
+)
 
 CHANGE = "change"
 """Name of the counter of changes."""
@@ -62,7 +69,12 @@ def next_change(session: Session) -> int:
 
 
 def changes_after(
-    session: Session, *, collection_id: str, model: str, number: int
+    session: Session,
+    *,
+    collection_id: str,
+    model: str,
+    number: int,
+    feed: type[Descriptor | Signature] = Descriptor,
 ) -> Iterator[Change]:
     """Changes of one (collection, model) above a number, in order, streamed.
 
@@ -76,6 +88,8 @@ def changes_after(
         Name of the model.
     number : int
         The last change that was seen; 0 for all.
+    feed : type
+        The table.
 
     Yields
     ------
@@ -83,13 +97,13 @@ def changes_after(
     ``pruned_up_to``, deletions are missing: then read all, from 0.
     """
     rows = session.execute(
-        select(Descriptor.change, Descriptor.shape_id, Descriptor.vector)
+        select(feed.change, feed.shape_id, feed.vector)
         .where(
-            Descriptor.collection_id == collection_id,
-            Descriptor.model == model,
-            Descriptor.change > number,
+            feed.collection_id == collection_id,
+            feed.model == model,
+            feed.change > number,
         )
-        .order_by(Descriptor.change, Descriptor.shape_id),
+        .order_by(feed.change, feed.shape_id),
         execution_options={"yield_per": 5000},
     )
     for row in rows:
@@ -129,14 +143,16 @@ def count_deletions(session: Session, before: float) -> int:
 
     Returns
     -------
-    Rows of the change feed.
+    Rows of the change feeds.
     """
-    old = select(func.count()).select_from(Descriptor).where(Descriptor.deleted_at < before)
-    return session.scalar(old) or 0
+    counts = (
+        select(func.count()).select_from(feed).where(feed.deleted_at < before) for feed in FEEDS
+    )
+    return sum(session.scalar(count) or 0 for count in counts)
 
 
 def prune_deletions(session: Session, before: float, *, limit: int) -> int:
-    """Remove old deletions from the change feed, and note the newest of them.
+    """Remove old deletions from the change feeds, and note the newest of them.
 
     Parameters
     ----------
@@ -145,20 +161,13 @@ def prune_deletions(session: Session, before: float, *, limit: int) -> int:
     before : float
         Those older than this go, in seconds since 1970.
     limit : int
-        At most so many.
+        At most so many of each feed.
 
     Returns
     -------
     How many went.
     """
-    key = (Descriptor.shape_id, Descriptor.model)
-    old = select(*key).where(Descriptor.deleted_at < before).limit(limit)
-    gone = session.execute(
-        delete(Descriptor)
-        .where(tuple_(*key).in_(old), Descriptor.deleted_at < before)
-        .returning(Descriptor.collection_id, Descriptor.model, Descriptor.change)
-        .execution_options(synchronize_session=False)
-    ).all()
+    gone = [row for feed in FEEDS for row in _prune(session, feed, before, limit)]
     newest: dict[tuple[str, str], int] = {}
     for collection_id, model, change in gone:
         newest[collection_id, model] = max(change, newest.get((collection_id, model), 0))
@@ -172,3 +181,18 @@ def prune_deletions(session: Session, before: float, *, limit: int) -> int:
                 row.change = max(row.change, change)
     session.flush()
     return len(gone)
+
+
+def _prune(
+    session: Session, feed: type[Descriptor | Signature], before: float, limit: int
+) -> list[tuple[str, str, int]]:
+    """Remove old deletions from one feed: collection, model and number of each."""
+    key = (feed.shape_id, feed.model)
+    old = select(*key).where(feed.deleted_at < before).limit(limit)
+    gone = session.execute(
+        delete(feed)
+        .where(tuple_(*key).in_(old), feed.deleted_at < before)
+        .returning(feed.collection_id, feed.model, feed.change)
+        .execution_options(synchronize_session=False)
+    )
+    return [(str(row[0]), str(row[1]), int(row[2])) for row in gone]

@@ -11,7 +11,7 @@ from sqlalchemy.orm import Session
 from workers.errors import CollectionNotFoundError, NameTakenError
 from workers.storage.descriptors import is_described
 from workers.storage.identifiers import new_id
-from workers.storage.models import Collection, CollectionModel, Descriptor, Shape
+from workers.storage.models import FEEDS, Collection, CollectionModel, Descriptor, Shape
 from workers.storage.paging import Page, cut_page, decode_cursor
 from workers.storage.trained_models import load_model
 
@@ -218,5 +218,6 @@ def delete_collection(session: Session, name: str) -> None:
         There is none of this name.
     """
     row = get_collection(session, name, lock=True)
-    session.execute(delete(Descriptor).where(Descriptor.collection_id == row.id))
+    for feed in FEEDS:
+        session.execute(delete(feed).where(feed.collection_id == row.id))
     session.delete(row)

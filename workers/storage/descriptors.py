@@ -9,13 +9,23 @@ from sqlalchemy.dialects import postgresql, sqlite
 from sqlalchemy.orm import InstrumentedAttribute, Session
 
 from workers.storage.change_feed import next_change
-from workers.storage.models import Collection, Descriptor, QueryDescriptor, Shape
+from workers.storage.models import (
+    FEEDS,
+    Collection,
+    Descriptor,
+    QueryDescriptor,
+    Shape,
+    Signature,
+)
 
 
 def store_descriptors(
-    session: Session, collection_id: str, rows: Sequence[tuple[str, str, bytes]]
+    session: Session,
+    collection_id: str,
+    rows: Sequence[tuple[str, str, bytes]],
+    signatures: Sequence[tuple[str, str, bytes]] = (),
 ) -> None:
-    """Store descriptors of shapes under one new change number.
+    """Store descriptors and signatures of shapes under one new change number.
 
     Parameters
     ----------
@@ -25,13 +35,21 @@ def store_descriptors(
         Id of the shapes' collection.
     rows : sequence of (str, str, bytes)
         Shape id, model name, and little-endian float32 bytes of the descriptor.
+    signatures : sequence of (str, str, bytes)
+        Shape id, model name, and bytes of the signature, of models that compare windows.
     """
-    if rows:
-        number = next_change(session)
-        for shape_id, model, vector in rows:
+    if not rows and not signatures:
+        return
+    number = next_change(session)
+    feeds: tuple[tuple[type[Descriptor | Signature], Sequence[tuple[str, str, bytes]]], ...] = (
+        (Descriptor, rows),
+        (Signature, signatures),
+    )
+    for feed, changed in feeds:
+        for shape_id, model, vector in changed:
             _upsert(
                 session,
-                Descriptor,
+                feed,
                 {"shape_id": shape_id, "model": model},
                 {
                     "collection_id": collection_id,
@@ -43,7 +61,7 @@ def store_descriptors(
 
 
 def mark_deleted(session: Session, shape_ids: Sequence[str]) -> None:
-    """Turn the descriptors of deleted shapes into rows of the change feed that say so.
+    """Turn the descriptors and signatures of deleted shapes into changes that say so.
 
     Parameters
     ----------
@@ -52,11 +70,13 @@ def mark_deleted(session: Session, shape_ids: Sequence[str]) -> None:
     shape_ids : sequence of str
         Ids of the shapes.
     """
-    session.execute(
-        update(Descriptor)
-        .where(Descriptor.shape_id.in_(shape_ids))
-        .values(vector=None, change=next_change(session), deleted_at=time.time())
-    )
+    number, now = next_change(session), time.time()
+    for feed in FEEDS:
+        session.execute(
+            update(feed)
+            .where(feed.shape_id.in_(shape_ids))
+            .values(vector=None, change=number, deleted_at=now)
+        )
 
 
 def get_vector(session: Session, shape_id: str, model: str) -> bytes | None:
@@ -102,8 +122,29 @@ def is_described(model: str | InstrumentedAttribute[str]) -> ColumnElement[bool]
     )
 
 
+def is_signed(model: str | InstrumentedAttribute[str]) -> ColumnElement[bool]:
+    """SQL that is true for each ``Shape`` with a signature under a model.
+
+    Parameters
+    ----------
+    model : str or column
+        Name of the model.
+
+    Returns
+    -------
+    An expression for a statement over ``Shape``.
+    """
+    there = Signature.shape_id == Shape.id, Signature.model == model
+    return select(Signature.shape_id).where(*there, Signature.vector.is_not(None)).exists()
+
+
 def undescribed_shapes(
-    session: Session, collection: Collection, model: str, *, with_failed: bool
+    session: Session,
+    collection: Collection,
+    model: str,
+    *,
+    with_failed: bool,
+    with_unsigned: bool = False,
 ) -> list[str]:
     """Ids of shapes that can be found under the collection's model, but not under another.
 
@@ -117,15 +158,18 @@ def undescribed_shapes(
         Name of the other model.
     with_failed : bool
         Count those that have an error too: they are to be tried again.
+    with_unsigned : bool
+        Count those that have a descriptor under the other model, but no signature.
 
     Returns
     -------
     Ids, in order.
     """
+    lacks = ~is_described(model)
+    if with_unsigned:
+        lacks |= ~is_signed(model)
     statement = select(Shape.id).where(
-        Shape.collection_id == collection.id,
-        is_described(collection.model),
-        ~is_described(model),
+        Shape.collection_id == collection.id, is_described(collection.model), lacks
     )
     if not with_failed:
         statement = statement.where(Shape.error.is_(None))

@@ -196,6 +196,34 @@ class Descriptor(Base):
     deleted_at: Mapped[float | None] = mapped_column(Double)
 
 
+class Signature(Base):
+    """Windows of a shape under a model, see `workers.retrieval.windows.rows`: a change feed too.
+
+    They are many bytes, which the scan does not read: so they have a table of their own.
+    """
+
+    __tablename__ = "signatures"
+    __table_args__ = (
+        Index("ix_signatures_feed", "collection_id", "model", "change"),
+        Index(
+            "ix_signatures_deleted_at",
+            "deleted_at",
+            sqlite_where=text("deleted_at IS NOT NULL"),
+            postgresql_where=text("deleted_at IS NOT NULL"),
+        ),
+    )
+    shape_id: Mapped[str] = mapped_column(String(36), primary_key=True)
+    model: Mapped[str] = mapped_column(ForeignKey("models.name"), primary_key=True)
+    collection_id: Mapped[str] = mapped_column(String(36))
+    change: Mapped[int] = mapped_column(BigInteger)
+    vector: Mapped[bytes | None] = mapped_column(LargeBinary)
+    deleted_at: Mapped[float | None] = mapped_column(Double)
+
+
+FEEDS: tuple[type[Descriptor | Signature], ...] = (Descriptor, Signature)
+"""Tables whose rows are changes."""
+
+
 class PrunedChange(Base):
     """The newest deletion that was removed from the change feed of a (collection, model).
 

@@ -5,10 +5,11 @@
 
 import json
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from workers.geometry.views import named_view
+from workers.geometry.views import named_view, window_view
 from workers.retrieval.model import Model
 
 FOLDER = Path(__file__).parent / "shipped"
@@ -32,7 +33,11 @@ def shipped_model(*, working_vertices: int = 5000, folder: Path = FOLDER) -> Mod
     content = _read(folder / f"{DEFAULT_MODEL}.json")
     names = [view["name"] for view in content["views"]]
     views = [named_view(name, working_vertices=working_vertices).to_json() for name in names]
-    return Model.from_json({**content, "views": views})
+    model = Model.from_json({**content, "views": views})
+    if model.windows is None:
+        return model
+    view = window_view(working_vertices=working_vertices)
+    return replace(model, windows=replace(model.windows, view=view))
 
 
 def shipped_views(folder: Path = FOLDER) -> list[dict[str, Any]]:

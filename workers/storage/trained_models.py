@@ -16,9 +16,9 @@ from workers.retrieval.model import Model
 from workers.storage.change_feed import ensure_counter
 from workers.storage.jobs import OPEN
 from workers.storage.models import (
+    FEEDS,
     Collection,
     CollectionModel,
-    Descriptor,
     Job,
     Json,
     QueryDescriptor,
@@ -336,7 +336,8 @@ def delete_model(session: Session, name: str) -> None:
     if users:
         raise ConflictError(f"the model {name!r} is in use by collection {', '.join(users)}")
     session.execute(delete(CollectionModel).where(CollectionModel.model == name))
-    session.execute(delete(Descriptor).where(Descriptor.model == name))
+    for feed in FEEDS:
+        session.execute(delete(feed).where(feed.model == name))
     session.execute(delete(QueryDescriptor).where(QueryDescriptor.model == name))
     session.delete(row)
 

@@ -12,7 +12,7 @@ def draw_transformations(
     strength: int = 5,
     seed: int = 0,
     size: int = 192,
-    columns: int = 7,
+    columns: int = 5,
 ) -> Picture:
     """Contact sheet of a shape, "null", and of all its transformations.
 

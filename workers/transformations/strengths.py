@@ -71,6 +71,14 @@ TABLE: Mapping[str, Mapping[str, Levels]] = MappingProxyType(
             "rank of the direction": (0.1, 0.25, 0.4, 0.55, 0.7),
             "most grazing angle, degrees": (88, 85, 82, 78, 74),
         },
+        "scan": {
+            "rank of the direction": (0.1, 0.25, 0.4, 0.55, 0.7),
+            "samples": (20000, 14000, 9000, 5500, 3000),
+            "most grazing angle, degrees": (77, 75, 73, 71, 68),
+            "rim pixels lost": (0.1, 0.14, 0.18, 0.22, 0.26),
+            "noise along the ray, √A": (0.001, 0.0015, 0.002, 0.003, 0.004),
+            "step of depth, √A": (0.0002, 0.0004, 0.0006, 0.0008, 0.001),
+        },
     }
 )
 

@@ -13,6 +13,7 @@ from workers.transformations.mixture import mix
 from workers.transformations.noise import add_noise, add_shots
 from workers.transformations.resampling import resample
 from workers.transformations.scaling import scale, scale_affinely, scale_locally
+from workers.transformations.scanning import Scanner, scan
 from workers.transformations.strengths import STRENGTHS, TABLE, settings
 from workers.transformations.transformed import TransformedMesh, moved
 from workers.transformations.visibility import see
@@ -136,6 +137,18 @@ _ACTIONS: Mapping[str, _Action] = {
         mesh,
         rank=levels["rank of the direction"],
         grazing_degrees=levels["most grazing angle, degrees"],
+        rng=rng,
+    ),
+    "scan": lambda mesh, levels, rng: scan(
+        mesh,
+        Scanner(
+            samples=int(levels["samples"]),
+            grazing_degrees=levels["most grazing angle, degrees"],
+            rim_loss=levels["rim pixels lost"],
+            noise=levels["noise along the ray, √A"],
+            quantum=levels["step of depth, √A"],
+        ),
+        rank=levels["rank of the direction"],
         rng=rng,
     ),
 }

@@ -20,7 +20,8 @@ class TransformedMesh:
     mesh : TriangleMesh
         n' vertices, each of which has a face.
     origin : (n',) int64
-        Index of the vertex of the given mesh that each vertex corresponds to.
+        Index of the vertex of the given mesh that each vertex corresponds to. Only a scan, which
+        may be finer than the mesh, has one index at several vertices.
     """
 
     mesh: TriangleMesh

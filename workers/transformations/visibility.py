@@ -37,16 +37,37 @@ def see(
     TransformedMesh
         The faces that are left, at least 50 where there were as many.
     """
-    directions = _random_directions(rng)
-    shadows = np.abs(directions @ mesh.face_normals.T).sum(axis=1)  # (d,)
-    place = (len(directions) - 1) * np.clip(rank + rng.uniform(-0.08, 0.08), 0.0, 1.0)
-    direction = directions[np.argsort(-shadows, kind="stable")[int(np.rint(place))]]
+    direction = ranked_direction(mesh, rank=rank, rng=rng)
     seen = seen_faces(mesh, direction)
     steep = _cosines(mesh, direction) >= np.cos(np.radians(grazing_degrees))
     for kept in (_without_specks(mesh, seen & steep), seen & steep, seen):
         if kept.sum() >= min(FEWEST_FACES, mesh.n_faces):
             return part(mesh, kept)
     return part(mesh, np.ones(mesh.n_faces, dtype=np.bool_))
+
+
+def ranked_direction(mesh: TriangleMesh, *, rank: float, rng: np.random.Generator) -> FloatArray:
+    """Draw a direction that sees about so much of a surface.
+
+    Parameters
+    ----------
+    mesh : TriangleMesh
+        Of any topology and winding.
+    rank : float
+        Its place, 0 to 1, among 40 sorted by the area they see: 0 sees most, 1 least.
+    rng : Generator
+        Draws the directions, and which one near that place it is.
+
+    Returns
+    -------
+    (3,) float64
+        Unit vector from the shape to the scanner.
+    """
+    directions = _random_directions(rng)
+    shadows = np.abs(directions @ mesh.face_normals.T).sum(axis=1)  # (d,)
+    place = (len(directions) - 1) * np.clip(rank + rng.uniform(-0.08, 0.08), 0.0, 1.0)
+    chosen: FloatArray = directions[np.argsort(-shadows, kind="stable")[int(np.rint(place))]]
+    return chosen
 
 
 def _random_directions(rng: np.random.Generator) -> FloatArray:
@@ -85,12 +106,29 @@ def seen_faces(mesh: TriangleMesh, direction: FloatArray) -> BoolArray:
     return seen
 
 
-def _screen(vertices: FloatArray, direction: FloatArray, pixels: int) -> FloatArray:
-    """Vertices in pixels, the third coordinate towards the scanner, (n, 3)."""
+def viewing_axes(direction: FloatArray) -> FloatArray:
+    """Axes of a picture that is taken from a direction.
+
+    Parameters
+    ----------
+    direction : (3,) float64
+        Unit vector from the shape to the scanner.
+
+    Returns
+    -------
+    (3, 3) float64
+        As columns two axes across the picture and the direction: right-handed, orthonormal.
+    """
     aside = np.eye(3)[np.argmin(np.abs(direction))]
     right = np.cross(direction, aside)
     right /= np.linalg.norm(right)
-    seen = vertices @ np.stack([right, np.cross(direction, right), direction], axis=1)
+    axes: FloatArray = np.stack([right, np.cross(direction, right), direction], axis=1)
+    return axes
+
+
+def _screen(vertices: FloatArray, direction: FloatArray, pixels: int) -> FloatArray:
+    """Vertices in pixels, the third coordinate towards the scanner, (n, 3)."""
+    seen = vertices @ viewing_axes(direction)
     low, high = seen.min(axis=0), seen.max(axis=0)
     extent = max(float((high - low)[:2].max()), np.finfo(np.float64).tiny)
     screen: FloatArray = 1.0 + (seen - low) * ((pixels - 2.0) / extent)

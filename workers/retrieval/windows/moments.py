@@ -69,7 +69,8 @@ class EdgeMasses:
         ends = np.stack(np.divmod(found, mesh.n_vertices), axis=1)
         mass = np.bincount(owners, np.tile(mesh.face_areas, 3)) / 3.0
         own = mesh.face_normals / 6.0  # a third of the face's area long
-        normals = np.stack([np.bincount(owners, np.tile(own[:, i], 3)) for i in range(3)], axis=1)
+        sums = [np.bincount(owners, np.tile(own[:, i], 3)) for i in range(3)]
+        normals = np.stack(sums, axis=1).astype(np.float64)
         middle = 0.5 * (mesh.vertices[ends[:, 0]] + mesh.vertices[ends[:, 1]])
         products = np.stack([middle[:, i] * middle[:, j] for i, j in _PAIRS], axis=1)
         moments = mass[:, None] * np.column_stack([np.ones(len(mass)), middle, products])

@@ -21,13 +21,15 @@ export interface components {
         };
         /**
          * AskedWith
-         * @description The query: a stored shape, or a mesh by its content.
+         * @description The query: a stored shape, a mesh by its content, or a region of a shape by both.
          */
         AskedWith: {
             /** Shape Id */
             shape_id?: string | null;
             /** Sha256 */
             sha256?: string | null;
+            /** @description what the region of the shape holds; `GET /v1/queries/{query_id}/mesh` has it */
+            region?: components["schemas"]["RegionAnswer"] | null;
         };
         /**
          * BankParameters
@@ -68,9 +70,9 @@ export interface components {
             collection?: string | null;
             /**
              * Transformations
-             * @description each is applied to every shape: isometry, topology, holes, micro-holes, scale, local-scale, sampling, noise, shot-noise, partial, all, affine, view; leave them out with `vertex-order`
+             * @description each is applied to every shape: isometry, topology, holes, micro-holes, scale, local-scale, sampling, noise, shot-noise, partial, all, affine, view, scan; leave them out with `vertex-order`
              */
-            transformations?: ("isometry" | "topology" | "holes" | "micro-holes" | "scale" | "local-scale" | "sampling" | "noise" | "shot-noise" | "partial" | "all" | "affine" | "view")[];
+            transformations?: ("isometry" | "topology" | "holes" | "micro-holes" | "scale" | "local-scale" | "sampling" | "noise" | "shot-noise" | "partial" | "all" | "affine" | "view" | "scan")[];
             /**
              * Strengths
              * @description of each transformation; all if left out
@@ -108,7 +110,7 @@ export interface components {
         };
         /**
          * BatchQuery
-         * @description Up to a hundred queries, answered in order.
+         * @description Up to a hundred queries by whole shapes, answered in order.
          */
         BatchQuery: {
             /** Queries */
@@ -1220,6 +1222,12 @@ export interface components {
              * @description shapes that passed the filter and were compared
              */
             searched: number;
+            /**
+             * Searched Closely
+             * @description shapes of these that were compared by what lies around their points, too
+             * @default 0
+             */
+            searched_closely: number;
             /** Took Ms */
             took_ms: number;
         };
@@ -1291,6 +1299,84 @@ export interface components {
              * @enum {string}
              */
             broker: "ok" | "down";
+        };
+        /**
+         * Region
+         * @description Part of a stored shape: give either `vertices`, or `center` and `radius`.
+         *
+         *     Vertices are numbered from 0 as in `GET /v1/shapes/{id}/mesh?format=glb`. A region holds the
+         *     faces all of whose corners are in it, at least 4 of them.
+         */
+        Region: {
+            /**
+             * Vertices
+             * @description in any order; those without a whole face do not matter
+             */
+            vertices?: number[];
+            /**
+             * Center
+             * @description vertex from which distances along the surface are measured
+             */
+            center?: number;
+            /**
+             * Radius
+             * @description how far the region goes along the surface, in the unit of the mesh
+             */
+            radius?: number;
+        } & (unknown | unknown);
+        /**
+         * RegionAnswer
+         * @description What a region of a shape holds.
+         */
+        RegionAnswer: {
+            /** N Vertices */
+            n_vertices: number;
+            /** N Faces */
+            n_faces: number;
+        };
+        /**
+         * RegionQuery
+         * @description A query by a stored shape, of this collection or another, or by a region of it.
+         */
+        RegionQuery: {
+            /**
+             * Limit
+             * @description at most so many matches
+             * @default 10
+             */
+            limit: number;
+            /**
+             * Model
+             * @description one the collection is described under; its own if left out
+             */
+            model?: string | null;
+            /**
+             * Dissimilarity
+             * @description compares all channels by this one instead of each by its own
+             */
+            dissimilarity?: ("l1" | "l2" | "linf" | "normalised-l1" | "normalised-l2" | "kullback-leibler" | "jensen-shannon" | "bhattacharyya" | "hellinger" | "chi-squared" | "earth-movers" | "kolmogorov-smirnov") | null;
+            /**
+             * Max Distance
+             * @description leaves out what is farther
+             */
+            max_distance?: number | null;
+            filter?: components["schemas"]["Filter"] | null;
+            /**
+             * Include Self
+             * @description whether a stored shape may find itself: false if left out. With a region, true if left out: the shape that the region is cut from is found, too
+             */
+            include_self?: boolean;
+            /**
+             * Match
+             * @description whether the query stands for a whole shape or for a part of one; `auto` leaves that to the search
+             * @default auto
+             * @enum {string}
+             */
+            match: "auto" | "whole" | "part";
+            /** Shape Id */
+            shape_id: string;
+            /** @description the part of the shape to search with; the whole shape if left out */
+            region?: components["schemas"]["Region"] | null;
         };
         /**
          * ShapeAnswer
@@ -1448,6 +1534,13 @@ export interface components {
              * @default false
              */
             include_self: boolean;
+            /**
+             * Match
+             * @description whether the query stands for a whole shape or for a part of one; `auto` leaves that to the search
+             * @default auto
+             * @enum {string}
+             */
+            match: "auto" | "whole" | "part";
             /** Shape Id */
             shape_id: string;
         };
@@ -1566,9 +1659,9 @@ export interface components {
             collection?: string | null;
             /**
              * Transformations
-             * @description each is applied to every shape: isometry, topology, holes, micro-holes, scale, local-scale, sampling, noise, shot-noise, partial, all, affine, view; leave them out with `vertex-order`
+             * @description each is applied to every shape: isometry, topology, holes, micro-holes, scale, local-scale, sampling, noise, shot-noise, partial, all, affine, view, scan; leave them out with `vertex-order`
              */
-            transformations?: ("isometry" | "topology" | "holes" | "micro-holes" | "scale" | "local-scale" | "sampling" | "noise" | "shot-noise" | "partial" | "all" | "affine" | "view")[];
+            transformations?: ("isometry" | "topology" | "holes" | "micro-holes" | "scale" | "local-scale" | "sampling" | "noise" | "shot-noise" | "partial" | "all" | "affine" | "view" | "scan")[];
             /**
              * Strengths
              * @description of each transformation; all if left out

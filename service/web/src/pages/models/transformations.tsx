@@ -17,13 +17,14 @@ export const TRANSFORMATIONS: Record<string, string> = {
   all: "Many of these at once, each weaker.",
   affine: "Stretched and squeezed along three directions.",
   view: "Only what is seen from one side.",
+  scan: "One side of it, as a scanner measures it: in pieces, ragged and rough.",
 };
 export const NAMES = Object.keys(TRANSFORMATIONS);
 export const PAPER = NAMES.slice(0, 11);
 const PRESETS: [string, readonly string[]][] = [
   ["The paper's eleven", PAPER],
   ["Noise and holes", ["holes", "micro-holes", "noise", "shot-noise"]],
-  ["All thirteen", NAMES],
+  ["All fourteen", NAMES],
   ["None", []],
 ];
 export const STRENGTHS = [1, 2, 3, 4, 5] as const;

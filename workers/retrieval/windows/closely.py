@@ -1,0 +1,75 @@
+"""From the distances of a scan to distances from all evidence."""
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+
+from workers.geometry.arrays import FloatArray, IntArray
+from workers.retrieval.windows.evidence import MOST_LOOKED_AT, Evidence, Fetch, WindowQuery
+from workers.retrieval.windows.matching import WindowMatching
+from workers.retrieval.windows.signature import Signature
+
+AUTO, WHOLE, PART = "auto", "whole", "part"
+"""What a query is taken for: by what its mesh shows, or as its asker says."""
+
+NEAREST = 100
+"""So many of the least distance are candidates in any case."""
+
+PART_BOUNDARY = 3.0
+"""Length of the boundary, in √A, that a part is taken to have at least: where it was cut off."""
+
+
+def compare_closely(
+    query: Signature,
+    matching: WindowMatching,
+    distances: FloatArray,
+    rows_of: Callable[[IntArray], IntArray],
+    fetch: Fetch,
+    *,
+    match: str = AUTO,
+) -> tuple[FloatArray, int]:
+    """Distances from all evidence.
+
+    Parameters
+    ----------
+    query : Signature
+        Of the query.
+    matching : WindowMatching
+        Of the model.
+    distances : (n,) float64
+        By descriptors alone.
+    rows_of : callable
+        From places (m,) to the rows (m,) of their signatures, -1 where there is none.
+    fetch : callable
+        From rows to their bytes, see `Evidence`.
+    match : "auto", "whole" or "part"
+        What the query is taken for.
+
+    Returns
+    -------
+    (n,) float64, and how many were compared closely
+    """
+    if len(distances) == 0:
+        return distances, 0
+    if match == WHOLE:
+        query = replace(query, numbers=query.numbers[:1], reaches=query.reaches[:1])
+    if match == PART:
+        query = replace(query, boundary=max(query.boundary, PART_BOUNDARY))
+    looked_at = _least(distances, MOST_LOOKED_AT)
+    found_rows = rows_of(looked_at)
+    places, rows = looked_at[found_rows >= 0], found_rows[found_rows >= 0]
+    near = np.isin(places, _least(distances, NEAREST))
+    found = WindowQuery(query, matching.whitening).evidence(rows[near], rows, fetch)
+    order = np.argsort(rows)
+    there = places[order][np.searchsorted(rows[order], found.places)]
+    evidence = Evidence(there, found.all_around, found.facing, found.log_consistency, found.scales)
+    weights, unknown = matching.trust.weights(query), looked_at[found_rows < 0]
+    return evidence.fused(distances, weights, unknown=unknown), len(there)
+
+
+def _least(distances: FloatArray, count: int) -> IntArray:
+    """Places of the least distances, and of those level with the last; ascending."""
+    last = min(count, len(distances)) - 1
+    places: IntArray = np.flatnonzero(distances <= np.partition(distances, last)[last])
+    return places

@@ -1,0 +1,202 @@
+"""How much windows count beside a bank's distance, learned from queries and their evidence."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.optimize import minimize
+
+from workers.errors import InsufficientTrainingDataError
+from workers.geometry.arrays import FloatArray, IntArray
+from workers.retrieval.calibration import impostor_quantiles
+from workers.retrieval.windows.evidence import Evidence
+from workers.retrieval.windows.signature import Signature
+from workers.retrieval.windows.trust import (
+    FEATURES,
+    NOT_VERIFIED,
+    Trust,
+    query_features,
+    saturated,
+)
+
+RIDGE = 1e-4
+"""Of the squared distance from where learning starts: a choice."""
+
+_START = (
+    *(10.0, 0.0, 0.0, 0.0),  # d
+    *(8.0, 0.0, 0.0, 0.0),  # X
+    *(1.0, 0.0, 0.0, 0.0),  # p
+    *(0.0, 0.0),  # share of the windows that face the same way
+    *(1.4, 1.3),  # where d and X saturate
+)
+_BOUNDS = [(-np.inf, np.inf)] * 14 + [(0.5, 3.0), (0.5, 3.0)]
+_STEPS = 150
+
+
+@dataclass(frozen=True, eq=False)
+class WindowQueries:
+    """Queries with what is known of all targets.
+
+    Attributes
+    ----------
+    features : (q, 4) float64
+        What each shows of itself.
+    distances : (q, n) float64
+        The bank's.
+    around, facing : (q, n, c) float64
+        X of both groups of windows; infinite where they were not compared.
+    log_consistency : (q, n) float64
+        ln p.
+    truth : (q,) int64
+        The target that each is a copy of.
+    transformations : tuple of str
+        Of each: they have the same share in the loss.
+    """
+
+    features: FloatArray
+    distances: FloatArray
+    around: FloatArray
+    facing: FloatArray
+    log_consistency: FloatArray
+    truth: IntArray
+    transformations: tuple[str, ...]
+
+    @classmethod
+    def of(
+        cls,
+        queries: Sequence[tuple[Signature, FloatArray, Evidence]],
+        truth: Sequence[int],
+        transformations: Sequence[str],
+    ) -> "WindowQueries":
+        """Put together what is known of queries.
+
+        Parameters
+        ----------
+        queries : sequence of (Signature, (n,) float64, Evidence)
+            Each with its distances and its evidence.
+        truth : sequence of int
+            The target that each is a copy of.
+        transformations : sequence of str
+            Of each.
+
+        Returns
+        -------
+        WindowQueries
+        """
+        scales = max(one.all_around.shape[1] for _, _, one in queries)
+        shape = len(queries), len(queries[0][1])
+        around = np.full((*shape, scales), np.inf)
+        facing = np.full((*shape, scales), np.inf)
+        log_consistency = np.full(shape, NOT_VERIFIED)
+        for number, (_, _, one) in enumerate(queries):
+            own = slice(0, one.all_around.shape[1])
+            around[number, one.places, own] = one.all_around
+            facing[number, one.places, own] = one.facing
+            log_consistency[number, one.places] = one.log_consistency
+        return cls(
+            np.array([query_features(signature) for signature, _, _ in queries]),
+            np.array([distances for _, distances, _ in queries]),
+            around,
+            facing,
+            log_consistency,
+            np.array(truth, dtype=np.int64),
+            tuple(transformations),
+        )
+
+    def fused(self, trust: Trust) -> tuple[FloatArray, FloatArray]:
+        """Distances of all targets from all evidence, as `Evidence.fused` has them.
+
+        Parameters
+        ----------
+        trust : Trust
+            How much it counts.
+
+        Returns
+        -------
+        distances : (q, n) float64
+        totals : (q,) float64
+            By which the sum of the evidence was divided.
+        """
+        distance, windows, consistency = (
+            np.logaddexp(0.0, self.features @ np.array(one))
+            for one in (trust.distance, trust.windows, trust.consistency)
+        )
+        facing = 1.0 / (1.0 + np.exp(-(self.features[:, :2] @ np.array(trust.facing))))
+        share = facing[:, None, None]
+        differences = ((1.0 - share) * self.around + share * self.facing).min(axis=2)
+        evidence = distance[:, None] * saturated(self.distances, trust.most_distance)
+        evidence += windows[:, None] * saturated(differences, trust.most_windows)
+        evidence -= consistency[:, None] * self.log_consistency
+        totals = distance + windows
+        return evidence / totals[:, None], totals
+
+
+def learn_trust(queries: WindowQueries) -> Trust:
+    """Find the weights by which a copy is nearest to its own shape: softmax cross-entropy.
+
+    Parameters
+    ----------
+    queries : WindowQueries
+        Of at least two targets.
+
+    Returns
+    -------
+    Trust
+        The same for the same queries.
+
+    Raises
+    ------
+    InsufficientTrainingDataError
+        There are no queries, or fewer than two targets.
+    """
+    if len(queries.truth) == 0 or queries.distances.shape[1] < 2:
+        raise InsufficientTrainingDataError(
+            f"{len(queries.truth)} queries among {queries.distances.shape[-1]} targets, expected "
+            "at least one among two"
+        )
+    start: FloatArray = np.array(_START)
+    names, kinds = np.unique(queries.transformations, return_inverse=True)
+    shares = 1.0 / (len(names) * np.bincount(kinds))[kinds]  # (q,)
+    rows = np.arange(len(queries.truth))
+
+    def loss(values: FloatArray) -> float:
+        distances, totals = queries.fused(_trust(values))
+        scores = -totals[:, None] * distances
+        top = scores.max(axis=1)
+        log_sums = top + np.log(np.exp(scores - top[:, None]).sum(axis=1))
+        missed = log_sums - scores[rows, queries.truth]
+        return float(shares @ missed + RIDGE * np.square(values - start).sum())
+
+    found = minimize(loss, start, method="L-BFGS-B", bounds=_BOUNDS, options={"maxiter": _STEPS})
+    return Trust.from_json(_trust(found.x).to_json())
+
+
+def window_impostors(queries: WindowQueries, trust: Trust) -> tuple[float, ...]:
+    """Quantiles of the distances of wrong pairs, by which a similarity is told.
+
+    Parameters
+    ----------
+    queries : WindowQueries
+        Of copies.
+    trust : Trust
+        What was learned.
+
+    Returns
+    -------
+    tuple of float
+        As `Model` keeps them.
+    """
+    distances, _ = queries.fused(trust)
+    wrong = np.ones(distances.shape, dtype=np.bool_)
+    wrong[np.arange(len(queries.truth)), queries.truth] = False
+    return impostor_quantiles(distances[wrong])
+
+
+def _trust(values: FloatArray) -> Trust:
+    """Weights from a vector of them all."""
+    numbers = [float(value) for value in values]
+    distance, windows, consistency = (
+        tuple(numbers[FEATURES * i : FEATURES * (i + 1)]) for i in range(3)
+    )
+    facing = tuple(numbers[12:14])
+    return Trust(distance, windows, consistency, facing, numbers[14], numbers[15])
