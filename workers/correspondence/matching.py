@@ -23,6 +23,9 @@ from workers.geometry.arrays import FloatArray, IntArray, read_only
 from workers.geometry.solution import Solution
 from workers.geometry.topology import count_components, is_closed
 
+CORRESPONDENCES_VERSION = "1"
+"""Part of the key of what is stored: raised when the same meshes have another correspondence."""
+
 # Chosen on creatures of the training species.
 POINTS, MORE_POINTS = 96, 192  # of the part and of the whole
 TRIED = 2  # sets of landmarks for each orientation
