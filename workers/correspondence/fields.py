@@ -52,11 +52,13 @@ class Images:
         return found
 
 
-def stretch(source: Surface, target: Surface, images: Images, scale: float) -> FloatArray:
+def stretch(
+    source: Surface, target: Surface, images: Images, scale: float, *, is_mirrored: bool = False
+) -> FloatArray:
     """Local change of area beyond that of the scale: ln(dA′/dA) - 2 ln(scale).
 
     The image of a face counts with its sign, so that folds cancel out: negative where it is turned
-    over, against most others.
+    over.
 
     Parameters
     ----------
@@ -66,6 +68,8 @@ def stretch(source: Surface, target: Surface, images: Images, scale: float) -> F
         A point of the target for each vertex of the source.
     scale : float
         Lengths on the source, times this, are lengths on the target.
+    is_mirrored : bool
+        Whether the map turns all faces over: then they count the other way.
 
     Returns
     -------
@@ -83,7 +87,7 @@ def stretch(source: Surface, target: Surface, images: Images, scale: float) -> F
     signed = 0.5 * lengths(across) * turn
     before = source.averaged(_to_corners(mesh.faces, mesh.face_areas, mesh.n_vertices), TIME)
     after = source.averaged(_to_corners(mesh.faces, signed, mesh.n_vertices), TIME)
-    after *= 1.0 if signed.sum() >= 0.0 else -1.0
+    after *= -1.0 if is_mirrored else 1.0
     ratio = after / np.maximum(before, 1e-12) / scale**2
     bound = np.exp(LARGEST_STRETCH)
     stretched: FloatArray = np.log(np.clip(ratio, 1.0 / bound, bound))

@@ -1,8 +1,12 @@
 """Functional maps: fitted to landmarks, refined by ZoomOut, also of a part.
 
 A function g on the whole becomes a function on the part: Φ_P C expands it there (Ovsjanikov et al.
-2012). Each point of the part goes to the point of the whole whose row of Φ_W is nearest to its row
-of Φ_P C. ZoomOut fits C to that map again, with more functions (Melzi et al. 2019). A part of a
+2012). Between two wholes, each point goes to the one whose row of Φ_W Cᵀ is nearest to its own row
+of Φ_P. A fitted C is smaller than it should be: a map that is not exact yet averages. So the rows
+of Φ_P C would draw all images inwards, and Cᵀ on the other side does not. But what a part lacks
+makes C small, too. There the rows are Φ_P U S^0.7 Vᵀ and Φ_W, where U S Vᵀ = C.
+
+ZoomOut fits C to that map again, with more functions (Melzi et al. 2019). A part of a
 share f of the area has about f k of the whole's k first functions (Rodolà et al. 2017): C is that
 much lower than wide.
 """
@@ -15,8 +19,10 @@ import numpy as np
 from workers.correspondence.surface import Surface
 from workers.geometry.arrays import FloatArray, IntArray
 
+EVERYWHERE = slice(None)
 # Chosen on creatures of the training species.
-_MORE = 1.5  # times f k functions of a part: with fewer, its image shrinks
+_MORE = 1.2  # times f k functions of a part: with fewer, its image shrinks
+_POWER = 0.7  # of the singular values: at 1 the image of a part shrinks, at 0 it grows
 _RIDGE = 1e-6  # of the mean diagonal, against functions that few samples cannot tell apart
 
 
@@ -51,12 +57,15 @@ class Pair:
         f: area of the part over that of the whole, at most 1.
     hints : (n, c) and (m, c) float64
         Fields that should be equal at points that correspond.
+    is_part : bool
+        Whether something of the whole may be missing.
     """
 
     part: Surface
     whole: Surface
     share: float
     hints: tuple[FloatArray, FloatArray]
+    is_part: bool
 
     def sizes(self, count: int) -> tuple[int, int]:
         """How many functions of the part and of the whole go with ``count`` of the whole.
@@ -118,13 +127,19 @@ def zoom_out(
         )
         if number + 1 == len(counts):
             break
-        rows = np.hstack([pair.part.basis[samples, :a] @ functional, hint * pair.hints[0][samples]])
-        columns = np.hstack([pair.whole.basis[targets, :b], hint * pair.hints[1][targets]])
+        rows, columns = embeddings(pair, functional, samples, targets)
+        rows = np.hstack([rows, hint * pair.hints[0][samples]])
+        columns = np.hstack([columns, hint * pair.hints[1][targets]])
         matches = Matches(samples, targets[nearest_rows(rows, columns)], areas)
     return functional, matches
 
 
-def embeddings(pair: Pair, functional: FloatArray) -> tuple[FloatArray, FloatArray]:
+def embeddings(
+    pair: Pair,
+    functional: FloatArray,
+    samples: IntArray | slice = EVERYWHERE,
+    targets: IntArray | slice = EVERYWHERE,
+) -> tuple[FloatArray, FloatArray]:
     """Rows that are equal at points that correspond.
 
     Parameters
@@ -133,14 +148,20 @@ def embeddings(pair: Pair, functional: FloatArray) -> tuple[FloatArray, FloatArr
         Part and whole.
     functional : (a, b) float64
         C.
+    samples, targets : (q,) and (t,) int64
+        Vertices of the part and of the whole; all without them.
 
     Returns
     -------
-    (n, b) and (m, b) float64
+    (q, c) and (t, c) float64
         Of the part's vertices and of the whole's.
     """
     a, b = functional.shape
-    return pair.part.basis[:, :a] @ functional, pair.whole.basis[:, :b]
+    one, other = pair.part.basis[samples, :a], pair.whole.basis[targets, :b]
+    if not pair.is_part:
+        return one, other @ functional.T
+    left, values, right = np.linalg.svd(functional, full_matrices=False)
+    return one @ ((left * values**_POWER) @ right), other
 
 
 def nearest_rows(rows: FloatArray, among: FloatArray) -> IntArray:

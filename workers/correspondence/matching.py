@@ -31,7 +31,7 @@ POINTS, MORE_POINTS = 96, 192  # of the part and of the whole
 TRIED = 2  # sets of landmarks for each orientation
 FIRST_COUNTS = (10, 13, 17, 22, 28, 36)  # functions while hypotheses are compared,
 LAST_COUNTS = (46, 60, 78, 100, 120)  # and of the one that is kept
-_SAMPLES, _TARGETS, _MORE_SAMPLES = 300, 1200, 800
+_SAMPLES, _TARGETS, _MORE_SAMPLES, _JUDGED = 300, 1200, 800, 2500
 _HAND = 3.0  # numbers of a window that handedness counts as much as
 _HINT = 0.7  # weight of handedness beside functions
 _CLEARLY, _LITTLE = 0.65, 1.0  # of the other orientation's misfit; misfits that are no reason
@@ -119,7 +119,7 @@ class _Sides:
     costs: FloatArray
     counts: FloatArray
     hands: tuple[FloatArray, FloatArray]
-    hint: float
+    is_part: bool
 
 
 @dataclass(frozen=True, eq=False)
@@ -138,12 +138,12 @@ class _Hypothesis:
 
 @dataclass(frozen=True, eq=False)
 class _Maps:
-    """Vertex maps in both directions, the rows they compare, and the landmarks."""
+    """Vertex maps in both directions, the rows they compare, and whether they turn faces over."""
 
     to_whole: IntArray
     to_part: IntArray
     rows: tuple[FloatArray, FloatArray]
-    support: FloatArray
+    is_mirrored: bool
 
 
 def _assigned(first: Solution, second: Solution) -> _Sides:
@@ -157,13 +157,12 @@ def _assigned(first: Solution, second: Solution) -> _Sides:
         found = candidates(one, other, is_part=any(may_be_part))
         tried.append((found, swapped, one, other))
     found, is_swapped, one, other = min(tried, key=lambda way: way[0].misfit)
-    is_local = any(may_be_part)
+    is_part = any(may_be_part)
     fields = alike_in_size(
-        handedness(one, found.scale, is_local=is_local),
-        handedness(other, 1.0, is_local=is_local),
+        handedness(one, found.scale, is_local=is_part),
+        handedness(other, 1.0, is_local=is_part),
     )
-    hint = 0.0 if is_local else _HINT
-    return _Sides(one, other, is_swapped, found.scale, found.costs, found.counts, fields, hint)
+    return _Sides(one, other, is_swapped, found.scale, found.costs, found.counts, fields, is_part)
 
 
 def _may_be_part(one: Solution, other: Solution) -> bool:
@@ -184,16 +183,22 @@ def _hypotheses(sides: _Sides, hand: float) -> list[_Hypothesis]:
     found = []
     for one_set in landmarks(part, whole, costs, scale=sides.scale, count=TRIED):
         share = min(1.0, sides.scale**2)
-        pair = Pair(part, whole, share, (one, other))
+        pair = Pair(part, whole, share, (one, other), sides.is_part)
         start = Matches(
             part.points, whole.points[one_set.places], part.weights * one_set.support + 1e-9
         )
         samples, targets = part.spread(_SAMPLES), whole.spread(_TARGETS)
         functional, matches = zoom_out(
-            pair, start, counts=FIRST_COUNTS, samples=samples, targets=targets, hint=sides.hint
+            pair,
+            start,
+            counts=FIRST_COUNTS,
+            samples=samples,
+            targets=targets,
+            hint=0.0 if sides.is_part else _HINT,
         )
         rows, columns = embeddings(pair, functional)
-        images = nearest_rows(rows, columns)
+        judged = whole.spread(_JUDGED)
+        images = judged[nearest_rows(rows, columns[judged])]
         residual = np.sqrt(np.square(rows - columns[images]).sum(axis=1))
         agreed = landmark_agreement(part, whole, images, scale=sides.scale)
         found.append(
@@ -253,7 +258,7 @@ def _refined(sides: _Sides, chosen: _Hypothesis) -> _Maps:
         hint=0.0,
     )
     rows = embeddings(chosen.pair, functional)
-    return _Maps(nearest_rows(*rows), nearest_rows(*rows[::-1]), rows, chosen.support)
+    return _Maps(nearest_rows(*rows), nearest_rows(*rows[::-1]), rows, chosen.orientation < 0.0)
 
 
 def _answer(sides: _Sides, maps: _Maps, mirrored: bool | None) -> Correspondence:
@@ -277,7 +282,7 @@ def _answer(sides: _Sides, maps: _Maps, mirrored: bool | None) -> Correspondence
         faces=faces,
         barycentric=weights,
         confidence=confident[0],
-        stretch=stretch(source, target, images, scale),
+        stretch=stretch(source, target, images, scale, is_mirrored=maps.is_mirrored),
         bending=bending(source, target, images, scale),
         covered=covered,
     )
