@@ -158,7 +158,9 @@ def measured(case: Case) -> Iterator[Row]:
         confidence = told.pop("confidence", None)
         if confidence is not None:
             sure = confidence[vertices]
-            told |= {"confidence": float(sure.mean()), "sure": float(close[sure > 0.5].mean())}
+            told |= {"confidence": float(sure.mean())}
+            if (sure > 0.5).any():
+                told |= {"close where sure": float(close[sure > 0.5].mean())}
         yield {
             "kind": case.kind,
             "class": case.name,
