@@ -151,7 +151,7 @@ def measured(case: Case) -> Iterator[Row]:
         begun = time.process_time()
         images, told = match(first, second, case.kind)
         seconds = told.pop("seconds", time.process_time() - begun)
-        rows = distances_from(graph, truth.astype(np.int64), np.inf)
+        rows = distances_from(graph, np.asarray(truth, dtype=np.int64), np.inf)
         off = rows[np.arange(len(vertices)), images[vertices]] / unit
         off = np.where(np.isfinite(off), off, 1.0)  # another component
         close = off < CLOSE
