@@ -1,6 +1,8 @@
 """The end of a bank's training: from the descriptors of all variants to a model."""
 
 from collections.abc import Iterable
+from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
@@ -13,6 +15,7 @@ from workers.pipeline.training.variant import DESCRIPTOR
 from workers.pipeline.workbench import Workbench
 from workers.storage.models import Json, TrainedModel
 from workers.storage.parts import Claim
+from workers.storage.shipped_models import shipped_model
 from workers.training.bank import BankOptions, train_bank
 from workers.training.copies import arrange_copies
 from workers.training.examples import VARIANT_VERSIONS, Variant
@@ -39,7 +42,8 @@ def fit_bank(bench: Workbench, claim: Claim) -> Outcome:
         Nothing can be learned, see `fit_model` and `train_bank`.
     """
     finale = fit_bank_part(claim.payload["model"])
-    return fit_model(bench, claim, Variant, finale, _definition)
+    vertices = bench.settings.working_vertices
+    return fit_model(bench, claim, Variant, finale, partial(_definition, vertices))
 
 
 def descriptors(arrays: Iterable[Arrays]) -> list[Float32Array]:
@@ -57,8 +61,11 @@ def descriptors(arrays: Iterable[Arrays]) -> list[Float32Array]:
     return [np.asarray(one[DESCRIPTOR], dtype=np.float32) for one in arrays]
 
 
-def _definition(asked: TrainedModel, material: Material[Variant]) -> Json:
-    """Definition of the learned model, with the report of its training."""
+def _definition(vertices: int, asked: TrainedModel, material: Material[Variant]) -> Json:
+    """Definition of the learned model, with the report of its training.
+
+    It compares windows as the shipped model does: that was learned from creatures.
+    """
     parameters = asked.definition["parameters"]
     trained = train_bank(
         asked.name,
@@ -74,4 +81,5 @@ def _definition(asked: TrainedModel, material: Material[Variant]) -> Json:
         **material.failure_report(Variant.kind),
         "versions": dict(trained.model.versions),
     }
-    return {**trained.model.to_json(), "training": report}
+    model = replace(trained.model, windows=shipped_model(working_vertices=vertices).windows)
+    return {**model.to_json(), "training": report}

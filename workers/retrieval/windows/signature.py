@@ -240,7 +240,7 @@ def window_surface(mesh: TriangleMesh, *, n_vertices: int, for_query: bool) -> W
         mutual = taken.distances[:, taken.vertices]
         mutual = np.minimum(mutual, mutual.T)
     else:
-        mutual = mutual_distances(graph, taken.vertices[:FAR_POINTS])
+        mutual = mutual_distances(taken.distances[:, taken.vertices], FAR_POINTS)
     return WindowSurface(unit, taken.vertices, taken.distances, areas, mutual, boundary, n_vertices)
 
 
