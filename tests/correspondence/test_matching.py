@@ -22,7 +22,7 @@ from tests.meshes import (
 from workers.correspondence import Correspondence, correspond
 from workers.creatures import Creature, make_creature
 from workers.geometry.arrays import FloatArray, IntArray
-from workers.geometry.geodesics import mutual_distances, surface_graph
+from workers.geometry.geodesics import distances_from, surface_graph
 from workers.geometry.mesh import TriangleMesh
 from workers.geometry.solution import Solution
 from workers.geometry.spectrum import compute_spectrum
@@ -49,9 +49,8 @@ def errors(found: Correspondence, mesh: TriangleMesh, truth: IntArray) -> FloatA
     some = np.arange(0, len(truth), 10)
     corners = mesh.faces[found.faces[some]]
     nearest = corners[np.arange(len(some)), found.barycentric[some].argmax(axis=1)]
-    both = np.concatenate([nearest, truth[some]])
-    apart = mutual_distances(surface_graph(mesh), both)[: len(some), len(some) :]
-    along: FloatArray = np.diagonal(apart) / np.sqrt(mesh.area)
+    apart = distances_from(surface_graph(mesh), truth[some], np.inf)
+    along: FloatArray = apart[np.arange(len(some)), nearest] / np.sqrt(mesh.area)
     return along
 
 
