@@ -10,6 +10,7 @@ STEPS = {
     "simplifying": "simplifying the mesh",
     "spectrum": "computing its spectrum",
     "describing": "describing it",
+    "matching": "matching its points",
 }
 """What is done with a mesh, in words; other steps are named as they are."""
 

@@ -16,6 +16,7 @@ from sqlalchemy.exc import SQLAlchemyError
 from service import page
 from service.api import (
     collections,
+    correspondences,
     descriptors,
     evaluations,
     health,
@@ -50,8 +51,8 @@ log = structlog.get_logger(__name__)
 MAX_JSON_BYTES = 4 * MEBIBYTE
 STALE_SECONDS = 24 * 3600
 ROUTERS = (
-    *(health, collections, uploads, shapes, surfaces, descriptors, queries, models),
-    *(evaluations, jobs, maintenance),
+    *(health, collections, uploads, shapes, surfaces, descriptors, correspondences),
+    *(queries, models, evaluations, jobs, maintenance),
 )
 Lifespan = Callable[[FastAPI], AbstractAsyncContextManager[None]]
 

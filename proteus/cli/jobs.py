@@ -28,7 +28,9 @@ def list_jobs(
     session: Session,
     kind: Annotated[
         str,
-        typer.Option(help="Only this kind: ingest, query, train, describe, evaluate, prune."),
+        typer.Option(
+            help="Only this kind: ingest, query, train, describe, evaluate, prune, correspondence."
+        ),
     ] = "",
     state: Annotated[
         str, typer.Option(help="Only this state: queued, running, succeeded, failed, cancelled.")

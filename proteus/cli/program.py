@@ -8,6 +8,7 @@ import typer
 from proteus.cli import (
     benchmark,
     collections,
+    correspondence,
     creatures,
     demo,
     doctor,
@@ -60,6 +61,7 @@ app.command("api", rich_help_panel=RUN)(serving.api)
 app.command("migrate", rich_help_panel=RUN)(serving.migrate)
 app.command("upload", rich_help_panel=USE)(upload.upload)
 app.command("query", rich_help_panel=USE)(query.query)
+app.command("correspondence", rich_help_panel=USE)(correspondence.correspondence)
 app.command("evaluate", rich_help_panel=USE)(evaluate.evaluate)
 app.add_typer(collections.app, name="collections", rich_help_panel=USE)
 app.add_typer(shapes.app, name="shapes", rich_help_panel=USE)

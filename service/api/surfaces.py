@@ -40,12 +40,14 @@ of_both = APIRouter()
 of_shapes = APIRouter()
 
 
-def _find_shape(shape_id: ShapePath, services: ServicesDep, request: Request) -> None:
+def find_shape(shape_id: ShapePath, services: ServicesDep, request: Request) -> None:
+    """Note the mesh of the shape that a path names; 404 if there is none."""
     with services.database.read() as session:
         request.state.mesh = mesh_of_shape(session, shape_id)
 
 
-def _find_query(query_id: QueryPath, services: ServicesDep, request: Request) -> None:
+def find_query(query_id: QueryPath, services: ServicesDep, request: Request) -> None:
+    """Note the mesh of the query that a path names; 404 if there is none."""
     with services.database.read() as session:
         request.state.mesh = mesh_of_query(session, query_id)
 
@@ -237,11 +239,11 @@ for part in (of_both, of_shapes):
         part,
         prefix="/v1/shapes/{shape_id}",
         tags=["shapes"],
-        dependencies=[READS, Depends(_find_shape)],
+        dependencies=[READS, Depends(find_shape)],
     )
 router.include_router(
     of_both,
     prefix="/v1/queries/{query_id}",
     tags=["search"],
-    dependencies=[READS, Depends(_find_query)],
+    dependencies=[READS, Depends(find_query)],
 )

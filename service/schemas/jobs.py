@@ -10,7 +10,7 @@ from service.schemas.pages import time_from, time_or_none
 from service.schemas.text import Answer
 from workers.storage.models import Job
 
-JobKind = Literal["ingest", "query", "train", "describe", "evaluate", "prune"]
+JobKind = Literal["ingest", "query", "train", "describe", "evaluate", "prune", "correspondence"]
 JobState = Literal["queued", "running", "succeeded", "failed", "cancelled"]
 COPIED = (
     *("id", "kind", "state", "step", "errors", "skipped", "skipped_count", "attempts"),
@@ -76,8 +76,8 @@ class JobAnswer(Answer):
     progress: Progress
     step: str | None = Field(
         description="what is done now: `reading`, `simplifying`, `spectrum`, `describing` of a "
-        "mesh; `transforming`, `learning`, `searching`, `measuring`; null if the job does several "
-        "things at once, or has ended"
+        "mesh; `matching` of two; `transforming`, `learning`, `searching`, `measuring`; null if "
+        "the job does several things at once, or has ended"
     )
     seconds_left: float | None = Field(
         description="how long it will still take, as estimated when something was done last; null "

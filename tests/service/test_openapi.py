@@ -38,6 +38,7 @@ CONTRACT = {
     ("get", "/v1/shapes/{shape_id}/eigenfunction"): {"200", "304", "404", "409", "422"},
     ("get", "/v1/shapes/{shape_id}/distribution"): {"200", "404", "409", "422"},
     ("get", "/v1/shapes/{shape_id}/comparison"): {"200", "404", "409", "422"},
+    ("get", "/v1/shapes/{shape_id}/correspondence"): {*JOB_STATUSES, "304", "404", "409", "422"},
     ("post", "/v1/collections/{collection}/query"): {*JOB_STATUSES, "404", "409", "422"},
     ("post", "/v1/collections/{collection}/query/mesh"): {
         *JOB_STATUSES,
@@ -51,6 +52,7 @@ CONTRACT = {
     ("get", "/v1/queries/{query_id}/spectrum"): {"200", "404", "409"},
     ("get", "/v1/queries/{query_id}/signature"): {"200", "304", "404", "409", "422"},
     ("get", "/v1/queries/{query_id}/eigenfunction"): {"200", "304", "404", "409", "422"},
+    ("get", "/v1/queries/{query_id}/correspondence"): {*JOB_STATUSES, "304", "404", "409", "422"},
     ("post", "/v1/collections/{collection}/query/batch"): {"200", "404", "409", "422"},
     ("get", "/v1/models"): {"200"},
     ("post", "/v1/models"): {"201", "202", "404", "409", "422"},

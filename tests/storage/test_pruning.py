@@ -16,6 +16,7 @@ from workers.storage.blobs import (
     BlobStore,
     archive_key,
     cleaned_key,
+    correspondence_key,
     failure_key,
     frame_key,
     mesh_key,
@@ -36,7 +37,7 @@ from workers.storage.retention import Amount
 from workers.storage.shapes import delete_shape
 from workers.storage.stale_files import index_file_name
 from workers.storage.trained_models import model_fingerprint
-from workers.storage.unused_blobs import Unused, content_of, is_partial
+from workers.storage.unused_blobs import Unused, contents_of, is_partial
 
 LATER = 1000 * DAY
 """By so much a run is later than what the tests store: all of that is old."""
@@ -308,7 +309,7 @@ def test_files_that_are_none_of_ours_stay(store: Store) -> None:
         store.blobs.put(key, b"1")
     assert free_all(store) == Amount(1, 1)
     assert stored(store.blobs, "meshes", "other") == sorted(foreign)
-    assert content_of("spectra/ab/x.npz") is None
+    assert contents_of("spectra/ab/x.npz") == ()
     assert not is_partial(f"meshes/ab/{'0' * 32}")
 
 
@@ -401,3 +402,20 @@ def test_files_of_the_data_directory_go_if_nothing_has_them(
     assert measure(store, "uploads").count == 1
     assert free_all(store, "uploads").bytes >= 5
     assert os.listdir(uploads) == []
+
+
+def test_a_correspondence_goes_with_either_of_its_meshes(store: Store) -> None:
+    with store.database.begin() as session:
+        zoo = make_collection(session)
+        for content in (1, 2):
+            make_shape(session, zoo, content)
+    both, one, none = (
+        correspondence_key(digest(first), digest(second), "0" * 16)
+        for first, second in ((1, 2), (1, 3), (4, 3))
+    )
+    same = correspondence_key(digest(2), digest(2), "0" * 16)
+    for key in (both, one, none, same):
+        store.blobs.put(key, b"123")
+    assert contents_of(both) == (digest(1), digest(2))
+    assert free_all(store) == Amount(2, 6)
+    assert stored(store.blobs, "correspondences") == sorted([both, same])

@@ -25,15 +25,19 @@ class SurfacePoints:
         Barycentric coordinates in it, not negative, rows of sum 1.
     squared_distances : (p,) float64
         To what the point was looked for, in the square of the mesh's unit.
+    faces : (p,) int64
+        Numbers of those faces.
     """
 
     corners: IntArray
     weights: FloatArray
     squared_distances: FloatArray
+    faces: IntArray
 
     def __post_init__(self) -> None:
         """Freeze the arrays."""
         object.__setattr__(self, "corners", read_only(self.corners, np.int64))
+        object.__setattr__(self, "faces", read_only(self.faces, np.int64))
         object.__setattr__(self, "weights", read_only(self.weights, np.float64))
         squared = read_only(self.squared_distances, np.float64)
         object.__setattr__(self, "squared_distances", squared)
@@ -84,7 +88,7 @@ def closest_points(mesh: TriangleMesh, positions: FloatArray) -> SurfacePoints:
         for begin in range(0, max(len(positions), 1), _CHUNK)
     ]
     face, weights, squared = (np.concatenate(part) for part in zip(*found, strict=True))
-    return SurfacePoints(mesh.faces[face], weights, np.ldexp(squared, -2 * exponent))
+    return SurfacePoints(mesh.faces[face], weights, np.ldexp(squared, -2 * exponent), face)
 
 
 def transfer_to_vertices(

@@ -276,6 +276,28 @@ def window_view(*, working_vertices: int = 5000) -> View:
     return View("windows", (Step("cap-holes", {"longest": LONGEST_HOLE}), *steps))
 
 
+def mapping_view(*, working_vertices: int = 5000, is_closed: bool) -> View:
+    """The view under which a shape is mapped to another: no sheet is doubled.
+
+    Parameters
+    ----------
+    working_vertices : int
+        Most vertices of the working mesh.
+    is_closed : bool
+        Whether the shape has no boundary. Then it is "detailed", under which the shipped model has
+        solved it already: nothing is doubled.
+
+    Returns
+    -------
+    View
+        "detailed", or one that caps no loops but small ones.
+    """
+    if is_closed:
+        return named_view("detailed", working_vertices=working_vertices)
+    steps = window_view(working_vertices=working_vertices).steps
+    return View("mapping", steps, DETAILED_EIGENPAIRS)
+
+
 def _sizing(working_vertices: int) -> tuple[Step, ...]:
     """Steps that bring a mesh to a size that whatever follows can cost; all views have them."""
     fewest = min(FEWEST_VERTICES, working_vertices)

@@ -9,6 +9,8 @@ from workers.training.examples import Example
 
 SHAPES_A_PART = 25
 QUERIES_A_PART = 250
+CORRESPONDENCE = "correspondence"
+"""Kind of jobs and of their parts."""
 
 
 def ingest_part(shape_id: str) -> NewPart:
@@ -281,3 +283,20 @@ def fit_bank_part(model: str) -> NewPart:
         It adds nothing to the progress.
     """
     return NewPart("fit-bank", LIGHT, {"model": model, "item": model}, weight=0)
+
+
+def correspondence_part(first: str, second: str) -> NewPart:
+    """Find the points of one stored mesh for those of another.
+
+    Parameters
+    ----------
+    first, second : str
+        SHA-256 of the uploaded meshes.
+
+    Returns
+    -------
+    NewPart
+        Somebody waits for it, as for a query.
+    """
+    payload = {"sha256": first, "other": {"sha256": second}, "item": f"{first[:8]} to {second[:8]}"}
+    return NewPart(CORRESPONDENCE, LIGHT, payload)

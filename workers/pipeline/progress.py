@@ -14,6 +14,7 @@ MESH_STEPS = frozenset({READING, SIMPLIFYING, SPECTRUM, DESCRIBING})
 """Steps of the work on one mesh, which `PROTEUS_SHAPE_SECONDS` limits together."""
 
 LEARNING = "learning"
+MATCHING = "matching"
 MEASURING = "measuring"
 SEARCHING = "searching"
 TRANSFORMING = "transforming"

@@ -7,9 +7,11 @@ To write a new one: a function of workbench and claim, a kind of part, and a lin
 from collections.abc import Mapping
 
 from workers.pipeline.activate import activate
+from workers.pipeline.correspondence import match_meshes
 from workers.pipeline.evaluate import evaluate
 from workers.pipeline.ingest import ingest
 from workers.pipeline.outcome import Outcome, Verb
+from workers.pipeline.part_kinds import CORRESPONDENCE
 from workers.pipeline.prune import prune
 from workers.pipeline.query import answer_query
 from workers.pipeline.rank import rank
@@ -60,6 +62,7 @@ _ALL: Mapping[str, Verb] = {
     "rank": rank,
     "evaluate": evaluate,
     "prune": prune,
+    CORRESPONDENCE: match_meshes,
 }
 
 VERBS: Mapping[str, Verb] = {kind: watched(verb) for kind, verb in _ALL.items()}

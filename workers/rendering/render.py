@@ -43,6 +43,7 @@ def render(
     colour: tuple[int, int, int] = (126, 160, 203),
     values: FloatArray | None = None,
     value_range: tuple[float, float] | None = None,
+    colours: FloatArray | None = None,
 ) -> Picture:
     """Shaded picture of a mesh of any unit, winding and topology.
 
@@ -64,6 +65,8 @@ def render(
         A function on the vertices that colours the surface instead, see `colouring`.
     value_range : (low, high), optional
         The values of the first and the last colour; the function's own range without them.
+    colours : (n, 3) float64, optional
+        Red, green and blue of each vertex, 0 to 255, where there are no values.
 
     Returns
     -------
@@ -73,7 +76,7 @@ def render(
     ------
     InvalidRequestError
         The size is outside 1 to 4096, the direction is zero, not finite, or no triple, there is
-        not a value for each vertex, or their range does not ascend.
+        not a value or a colour for each vertex, or their range does not ascend.
     """
     if not 1 <= size <= 4096:
         raise InvalidRequestError(f"a picture of {size} pixels was asked for, 1 to 4096 are drawn")
@@ -90,6 +93,8 @@ def render(
     surface: FloatArray = np.array(colour, dtype=np.float64)  # (3,) or (h, 3)
     if values is not None:
         surface = _value_surface(mesh, values, value_range, faces[face], weights)
+    elif colours is not None:
+        surface = _coloured_surface(mesh, colours, faces[face], weights)
     return _develop(shading[:, None] * (surface / 255.0) ** 2.2, hit, pixels, background)
 
 
@@ -180,6 +185,18 @@ def _value_surface(
         )
     low, high = finite_range(values) if limits is None else limits
     return value_colours(np.einsum("hc,hc->h", weights, values[corners]), low, high)
+
+
+def _coloured_surface(
+    mesh: TriangleMesh, colours: FloatArray, corners: IntArray, weights: FloatArray
+) -> FloatArray:
+    """Colours between those of the vertices, at the points that are seen, (hits, 3)."""
+    if colours.shape != (mesh.n_vertices, 3):
+        raise InvalidRequestError(
+            f"colours of shape {colours.shape} were given for {mesh.n_vertices} vertices"
+        )
+    between: FloatArray = np.einsum("hc,hci->hi", weights, colours[corners])
+    return np.clip(between, 0.0, 255.0)
 
 
 def _camera(up: str, direction: Sequence[float] | None) -> FloatArray:

@@ -18,7 +18,7 @@ from workers.errors import BlobNotFoundError
 from workers.storage.durable_folder import DurableFolder, sync_path
 
 MESHES, ARCHIVES, CLEANED, THUMBNAILS = "meshes", "archives", "cleaned", "thumbnails"
-SPECTRA, EVALUATIONS = "spectra", "evaluations"
+SPECTRA, EVALUATIONS, CORRESPONDENCES = "spectra", "evaluations", "correspondences"
 MODIFIED = ("mtime", "LastModified", "last_modified", "updated", "created")
 """Names under which file systems say when a file was last written."""
 
@@ -98,6 +98,23 @@ def spectrum_key(sha256: str, view_key: str) -> str:
     ``spectra/ab/abcd….<view key>.npz``
     """
     return f"{SPECTRA}/{sha256[:2]}/{sha256}.{view_key}.npz"
+
+
+def correspondence_key(first: str, second: str, digest: str) -> str:
+    """Key of the correspondence of two meshes (npz).
+
+    Parameters
+    ----------
+    first, second : str
+        SHA-256 of the uploaded meshes.
+    digest : str
+        Of the versions that it depends on.
+
+    Returns
+    -------
+    ``correspondences/ab/abcd….ef01….<digest>.npz``
+    """
+    return f"{CORRESPONDENCES}/{first[:2]}/{first}.{second}.{digest}.npz"
 
 
 def frame_key(evaluation_id: str, digest: str) -> str:

@@ -218,7 +218,7 @@ KINDS: Mapping[str, Kind] = MappingProxyType(
         ),
         "archives": _blobs("zips that were unpacked", _unused_days, Unused.archives),
         "computed": _blobs(
-            "spectra, cleaned meshes and thumbnails of deleted meshes",
+            "spectra, cleaned meshes, thumbnails and correspondences of deleted meshes",
             _unused_days,
             Unused.computed,
         ),

@@ -8,6 +8,7 @@ makes it young. Nothing is deleted on the word of a listing: right before it goe
 import uuid
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
+from itertools import takewhile
 
 from sqlalchemy import select
 from sqlalchemy.orm import Session
@@ -15,6 +16,7 @@ from sqlalchemy.orm import Session
 from workers.storage.blobs import (
     ARCHIVES,
     CLEANED,
+    CORRESPONDENCES,
     EVALUATIONS,
     MESHES,
     SPECTRA,
@@ -106,13 +108,16 @@ class Unused:
         return self._unreferred(MESHES)
 
     def computed(self) -> Iterator[Found]:
-        """Cleaned meshes, spectra and thumbnails of uploads without shape, query or work.
+        """What was computed of uploads without shape, query or work.
+
+        Those are cleaned meshes, spectra, thumbnails, and correspondences with any other mesh.
 
         Yields
         ------
         Folder after folder.
         """
         yield from self._unreferred(CLEANED)
+        yield from self._unreferred(CORRESPONDENCES)
         yield from self._unreferred(SPECTRA, uploaded=True)
         yield from self._unreferred(THUMBNAILS)
 
@@ -173,14 +178,15 @@ class Unused:
 
     def _delete(self, batch: Sequence[StoredBlob]) -> Amount:
         freed = Amount()
-        contents = {content for blob in batch if (content := content_of(blob.key))}
+        contents = {content for blob in batch for content in contents_of(blob.key)}
         with self.database.begin() as session:
             lock_blobs(session)
             used = referred(session, contents) | self._read_since(session)
             for blob in batch:
                 present = self.blobs.info(blob.key)
                 still_old = present is not None and present.modified < self.before
-                if still_old and content_of(blob.key) not in used:
+                own = contents_of(blob.key)
+                if still_old and not (own and used.issuperset(own)):
                     self.blobs.delete(blob.key)
                     freed += Amount(1, blob.size)
         return freed
@@ -205,7 +211,7 @@ class Unused:
             at_work = contents_of_parts(session)
         for folder in self._folders(prefix):
             old = self._old(folder)
-            contents = {content for blob in old if (content := content_of(blob.key))} - at_work
+            contents = {content for blob in old for content in contents_of(blob.key)} - at_work
             with self.database.read() as session:
                 contents -= referred(session, contents)
             if uploaded is not None:
@@ -215,18 +221,18 @@ class Unused:
             unused = [
                 blob
                 for blob in old
-                if content_of(blob.key) in contents or (broken and is_partial(blob.key))
+                if contents.intersection(contents_of(blob.key)) or (broken and is_partial(blob.key))
             ]
             yield Found(folder, unused)
 
     def _meshes_beside(self, folder: str) -> set[str]:
         """Contents of the uploaded meshes whose hashes begin alike."""
         beside = self.blobs.blobs(f"{MESHES}/{folder.rpartition('/')[2]}")
-        return {content for blob in beside if (content := content_of(blob.key))}
+        return {content for blob in beside for content in contents_of(blob.key)}
 
 
-def content_of(key: str) -> str | None:
-    """Hash of the upload that a blob is, or was computed of.
+def contents_of(key: str) -> tuple[str, ...]:
+    """Hashes of the uploads that a blob is, or was computed of.
 
     Parameters
     ----------
@@ -235,10 +241,10 @@ def content_of(key: str) -> str | None:
 
     Returns
     -------
-    64 hexadecimal digits; None if the name does not begin with them.
+    Each 64 hexadecimal digits; none if the name does not begin with them.
     """
-    name = key.rpartition("/")[2].partition(".")[0]
-    return name if SHA256.fullmatch(name) else None
+    pieces = key.rpartition("/")[2].split(".")
+    return tuple(takewhile(SHA256.fullmatch, pieces))
 
 
 def is_partial(key: str) -> bool:

@@ -338,6 +338,42 @@ export interface components {
             under?: string;
         } & (unknown | unknown | unknown | unknown);
         /**
+         * CorrespondenceAnswer
+         * @description Which point of one shape is which point of another.
+         */
+        CorrespondenceAnswer: {
+            /**
+             * Scale
+             * @description lengths on the second shape over those on the first, each in its file's unit
+             */
+            scale: number;
+            /**
+             * Mirrored
+             * @description whether left and right are exchanged; null where both fit as well, as on a symmetric shape: then they are not
+             */
+            mirrored: boolean | null;
+            /**
+             * Coverage
+             * @description share of the second shape's area with a counterpart
+             */
+            coverage: number;
+            /**
+             * Points
+             * @description one for each vertex of the first mesh
+             */
+            points: components["schemas"]["PointAnswer"][];
+            /**
+             * Stretch
+             * @description at each vertex, ln of the ratio of areas beyond that of the scale
+             */
+            stretch: number[];
+            /**
+             * Bending
+             * @description at each vertex, the change of the mean curvature after scaling, in units of 1 / √A of the first shape
+             */
+            bending: number[];
+        };
+        /**
          * Differences
          * @description How much better a model is than the first one, on the same resamplings of labels.
          */
@@ -677,7 +713,7 @@ export interface components {
              * Kind
              * @enum {string}
              */
-            kind: "ingest" | "query" | "train" | "describe" | "evaluate" | "prune";
+            kind: "ingest" | "query" | "train" | "describe" | "evaluate" | "prune" | "correspondence";
             /**
              * State
              * @enum {string}
@@ -686,7 +722,7 @@ export interface components {
             progress: components["schemas"]["Progress"];
             /**
              * Step
-             * @description what is done now: `reading`, `simplifying`, `spectrum`, `describing` of a mesh; `transforming`, `learning`, `searching`, `measuring`; null if the job does several things at once, or has ended
+             * @description what is done now: `reading`, `simplifying`, `spectrum`, `describing` of a mesh; `matching` of two; `transforming`, `learning`, `searching`, `measuring`; null if the job does several things at once, or has ended
              */
             step: string | null;
             /**
@@ -1153,6 +1189,32 @@ export interface components {
             items: components["schemas"]["ShapeAnswer"][];
             /** Next Cursor */
             next_cursor: string | null;
+        };
+        /**
+         * PointAnswer
+         * @description A point of the second shape for a vertex of the first.
+         */
+        PointAnswer: {
+            /**
+             * Vertex
+             * @description of the first mesh, as in `format=glb`
+             */
+            vertex: number;
+            /**
+             * Face
+             * @description of the second mesh, as in `format=glb`
+             */
+            face: number;
+            /**
+             * Barycentric
+             * @description shares of the face's corners; their sum is 1
+             */
+            barycentric: number[];
+            /**
+             * Confidence
+             * @description how likely the point lies within 0.05 √A of the true one, 0 to 1
+             */
+            confidence: number;
         };
         /**
          * Progress

@@ -8,6 +8,7 @@ const STEPS: Record<string, string> = {
   simplifying: "simplifying the mesh",
   spectrum: "computing its spectrum",
   describing: "describing it",
+  matching: "matching its points",
   searching: "searching",
   transforming: "transforming a shape",
   learning: "learning",

@@ -9,6 +9,7 @@ export const KINDS: Record<JobKind, string> = {
   describe: "Moving a collection to a model",
   evaluate: "Measuring models",
   prune: "Freeing space",
+  correspondence: "Matching points",
 };
 
 export const STATES: Record<State, string> = {

@@ -1,0 +1,76 @@
+"""``proteus correspondence``: figures, arrays and a picture."""
+
+import io
+import json
+from pathlib import Path
+
+import numpy as np
+from PIL import Image
+
+from proteus.matched_points import draw
+from tests.meshes import bumpy_sphere
+from tests.proteus.conftest import Run
+from tests.proteus.real_service import RealService
+from tests.service.running import EGG, ZOO
+from workers.geometry.arrays import FloatArray
+from workers.geometry.formats import write
+
+
+def ids(service: RealService) -> dict[str, str]:
+    with service.client() as client:
+        return {shape["name"]: shape["id"] for shape in client.pages("/v1/collections/zoo/shapes")}
+
+
+def test_figures_arrays_and_a_picture(run: Run, service: RealService, tmp_path: Path) -> None:
+    known = ids(service)
+    out, picture = tmp_path / "found.npz", tmp_path / "found.png"
+    pair = known[ZOO[0]], known[ZOO[1]]
+    result = run("correspondence", *pair, "--out", out, "--picture", picture)
+    assert result.exit_code == 0, result.stderr
+    assert "coverage" in result.stdout
+    with np.load(out) as arrays:
+        assert arrays["faces"].shape == arrays["confidence"].shape
+    with Image.open(picture) as image:
+        assert image.width > 1000
+    found = json.loads(run("correspondence", *pair, "--json").stdout)
+    assert set(found) == {"scale", "mirrored", "coverage", "mean_confidence", "points"}
+    assert abs(found["scale"] - 3.0) < 0.1
+    assert found["mirrored"] is False
+
+
+def test_a_query_and_a_missing_shape(run: Run, service: RealService) -> None:
+    known = ids(service)
+    with service.client() as client:
+        path = "/v1/collections/zoo/query/mesh"
+        answer = client.request(
+            "POST", path, params={"wait": 60}, files=[("mesh", ("egg.off", EGG))]
+        )
+        query = answer.headers["Location"].rpartition("/")[2]
+    assert run("correspondence", query, known[ZOO[3]], "--query").exit_code == 0
+    result = run("correspondence", known[ZOO[0]], "no-such-shape")
+    assert result.exit_code == 1
+    assert "there is no shape" in result.stderr
+
+
+def test_points_that_correspond_have_the_same_colour_and_others_are_grey() -> None:
+    mesh = bumpy_sphere(2)
+    faces = np.zeros(mesh.n_vertices, dtype=np.int64)
+    weights = np.zeros((mesh.n_vertices, 3))
+    for corner in range(3):
+        faces[mesh.faces[:, corner]] = np.arange(mesh.n_faces)
+    for corner in range(3):
+        weights[mesh.faces[faces, corner] == np.arange(mesh.n_vertices), corner] = 1.0
+    arrays = {"faces": faces, "barycentric": weights}
+    sure, unsure = np.ones(mesh.n_vertices), np.zeros(mesh.n_vertices)
+
+    def halves(confidence: FloatArray) -> tuple[FloatArray, FloatArray]:
+        glb = write(mesh, "glb")
+        drawn = draw(glb, glb, {**arrays, "confidence": confidence, "covered": sure})
+        with Image.open(io.BytesIO(drawn)) as image:
+            left, right = np.split(np.asarray(image, dtype=np.float64), 2, axis=1)
+        return left, right
+
+    left, right = halves(sure)
+    assert np.array_equal(left, right)
+    left, _ = halves(unsure)
+    assert np.ptp(left, axis=2).max() < 3
