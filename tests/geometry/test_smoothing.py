@@ -22,7 +22,7 @@ from workers.geometry import smoothing
 from workers.geometry.cleaning import without_useless_faces
 from workers.geometry.laplacian import mesh_laplacian
 from workers.geometry.mesh import TriangleMesh
-from workers.geometry.smoothing import fair, roughness, smooth
+from workers.geometry.smoothing import fair, fair_rough, median_angle, roughness, smooth
 from workers.geometry.spectrum import compute_spectrum
 
 TIME = 1e-3
@@ -201,3 +201,18 @@ def test_roughness_is_that_of_a_faired_surface(mesh: TriangleMesh) -> None:
     faired = fair(noisy, time=smoothing.ROUGHNESS_TIME / mesh.n_vertices)  # by factors
     # float32, in which descriptors are kept, has a step of 4e-9 at 0.05
     assert roughness(noisy) == pytest.approx(np.log(noisy.area / faired.area), abs=1e-10)
+
+
+def test_only_what_is_rough_is_faired_as_far_as_it_is_rough() -> None:
+    sphere = icosphere(4)
+    assert fair_rough(sphere, time=TIME, clean=15.0, rough=25.0) is sphere
+    rng = np.random.default_rng(0)
+    for height, share in ((0.017, None), (0.03, 1.0)):
+        noise = 1.0 + height * rng.normal(size=(sphere.n_vertices, 1))
+        noisy = TriangleMesh(sphere.vertices * noise, sphere.faces)
+        angle = median_angle(noisy)
+        expected = min(1.0, (angle - 15.0) / 10.0)
+        assert share is None or expected == share
+        found = fair_rough(noisy, time=TIME, clean=15.0, rough=25.0)
+        assert_allclose(found.vertices, fair(noisy, time=expected * TIME).vertices)
+        assert median_angle(found) < 0.7 * angle

@@ -10,7 +10,7 @@ from workers.geometry.closing import close_loops, double
 from workers.geometry.mesh import TriangleMesh
 from workers.geometry.refinement import refine
 from workers.geometry.simplification import simplify
-from workers.geometry.smoothing import fair, smooth
+from workers.geometry.smoothing import fair, fair_rough, smooth
 from workers.geometry.views import Step, View
 
 WORTH_COARSENING = 2.0  # times that size: below, a second simplification costs what it saves
@@ -144,6 +144,12 @@ def _fair(mesh: TriangleMesh, parameters: Mapping[str, float]) -> _Outcome:
     return fair(mesh, time=parameters["time"]), ()
 
 
+def _fair_rough(mesh: TriangleMesh, parameters: Mapping[str, float]) -> _Outcome:
+    """Run the step "fair-rough"."""
+    time, clean, rough = (parameters[name] for name in ("time", "clean", "rough"))
+    return fair_rough(mesh, time=time, clean=clean, rough=rough), ()
+
+
 def _smooth(mesh: TriangleMesh, parameters: Mapping[str, float]) -> _Outcome:
     """Run the step "smooth"."""
     return smooth(mesh, time=parameters["time"], steps=int(parameters["steps"])), ()
@@ -162,6 +168,7 @@ _STEPS: Mapping[str, Callable[[TriangleMesh, Mapping[str, float]], _Outcome]] = 
         "coarsen": _coarsen,
         "double": _double,
         "fair": _fair,
+        "fair-rough": _fair_rough,
         "refine": _refine,
         "simplify": _simplify,
         "smooth": _smooth,

@@ -7,7 +7,7 @@ from scipy import sparse
 from scipy.sparse.linalg import cg
 
 from workers.errors import InvalidRequestError
-from workers.geometry.arrays import FloatArray, IntArray
+from workers.geometry.arrays import FloatArray, IntArray, lengths
 from workers.geometry.edges import (
     component_labels,
     directed_edges,
@@ -19,6 +19,7 @@ from workers.geometry.elements import lumped_areas
 from workers.geometry.factorisation import SymmetricFactor
 from workers.geometry.laplacian import mesh_laplacian
 from workers.geometry.mesh import TriangleMesh
+from workers.geometry.shared_edges import SharedEdges
 
 COARSE = 0.25  # of a vertex's share of the area: its mass, where that is more (decision 0011)
 ITERATIVE_FROM = 40_000  # vertices; factors of 100,000 took 15 s, conjugate gradients 1, once
@@ -102,6 +103,51 @@ def roughness(mesh: TriangleMesh) -> float:
     # end after some 20 steps, at a relative residual of 10⁻¹², and cost less than factors.
     faired = _faired(mesh, ROUGHNESS_TIME / mesh.n_vertices, iterative=True)
     return float(np.log(mesh.area / faired.area))
+
+
+def median_angle(mesh: TriangleMesh) -> float:
+    """Median angle between adjacent faces: how rough a mesh is.
+
+    Parameters
+    ----------
+    mesh : TriangleMesh
+        Of any topology.
+
+    Returns
+    -------
+    float
+        In degrees; 0 where no two faces share an edge.
+    """
+    shared = SharedEdges.of(mesh.faces, mesh.n_vertices)
+    if len(shared.faces) == 0:
+        return 0.0
+    normals = mesh.face_normals
+    normals /= np.maximum(lengths(normals), np.finfo(np.float64).tiny)[:, None]
+    one, other = (normals[shared.faces[:, side]] for side in range(2))
+    cosines = np.clip(np.einsum("ei,ei->e", one, other), -1.0, 1.0)
+    return float(np.degrees(np.arccos(np.median(cosines))))
+
+
+def fair_rough(mesh: TriangleMesh, *, time: float, clean: float, rough: float) -> TriangleMesh:
+    """Surface after `fair`, as far as it is rough; a clean one stays as it is.
+
+    Parameters
+    ----------
+    mesh : TriangleMesh
+        Clean.
+    time : float
+        Of the whole step, in units of the area.
+    clean, rough : float
+        `median_angle` up to which nothing is done, and from which all is, in degrees; in between
+        the time grows in proportion.
+
+    Returns
+    -------
+    TriangleMesh
+        The mesh itself if it is not rough.
+    """
+    share = float(np.clip((median_angle(mesh) - clean) / (rough - clean), 0.0, 1.0))
+    return mesh if share == 0.0 else fair(mesh, time=share * time)
 
 
 def smooth(mesh: TriangleMesh, *, time: float, steps: int = 1) -> TriangleMesh:

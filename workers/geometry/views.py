@@ -31,6 +31,7 @@ _PARAMETERS: Mapping[str, tuple[str, ...]] = MappingProxyType(
         "coarsen": ("vertices",),
         "double": ("longest",),
         "fair": ("time",),
+        "fair-rough": ("time", "clean", "rough"),
         "refine": ("vertices",),
         "simplify": ("vertices",),
         "smooth": ("time", "steps"),
@@ -105,7 +106,7 @@ class View:
     @property
     def is_smoothed(self) -> bool:
         """Whether a step takes noise off."""
-        return any(step.name in {"fair", "smooth"} for step in self.steps)
+        return any(step.name in {"fair", "fair-rough", "smooth"} for step in self.steps)
 
     def for_share(self, weight: float) -> "View":
         """The view under which one component of several is prepared.
@@ -187,6 +188,9 @@ DOUBLING = Step("double", {"longest": LONGEST_LOOP})
 FAIRING = Step("fair", {"time": 3e-4})
 """Averages noise, however large, before areas and angles are used: decision 0011."""
 
+FAIRING_ROUGH = Step("fair-rough", {"time": 3e-4, "clean": 15.0, "rough": 25.0})
+"""Averages noise of what is noisy alone, from angles that no clean creature has: decision 0036."""
+
 SMOOTHING = Step("smooth", {"time": 3e-4, "steps": 3})
 """Takes off noise, then handles and fingers; ``benchmarks.view_study`` has a stronger one too."""
 
@@ -260,7 +264,9 @@ def named_view(name: str, *, working_vertices: int = 5000) -> View:
 
 
 def window_view(*, working_vertices: int = 5000) -> View:
-    """View "windows": as `open_view`, but with small holes capped; its spectrum is not computed.
+    """View "windows": as `open_view`, but with small holes capped and noise averaged.
+
+    Its spectrum is not computed.
 
     Parameters
     ----------
@@ -272,8 +278,9 @@ def window_view(*, working_vertices: int = 5000) -> View:
     View
         No eigenpairs are asked for under it.
     """
-    steps = (*_sizing(working_vertices), _simplifying(working_vertices))
-    return View("windows", (Step("cap-holes", {"longest": LONGEST_HOLE}), *steps))
+    capping = Step("cap-holes", {"longest": LONGEST_HOLE})
+    steps = (*_sizing(working_vertices), FAIRING_ROUGH, _simplifying(working_vertices))
+    return View("windows", (capping, *steps))
 
 
 def mapping_view(*, working_vertices: int = 5000, is_closed: bool) -> View:

@@ -19,6 +19,7 @@ from tests.meshes import (
 )
 from tests.retrieval.windows.shapes import asked, asked_bumpy, stored, stored_bumpy
 from workers.geometry.mesh import TriangleMesh
+from workers.geometry.smoothing import median_angle
 from workers.retrieval.windows.rows import (
     PREFIX_BYTES,
     PREFIX_POINTS,
@@ -43,7 +44,6 @@ from workers.retrieval.windows.signature import (
     STORED_POINTS,
     WHOLE,
     Signature,
-    median_angle,
     query_signature,
     signature_at,
     window_surface,

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from workers.geometry.arrays import FloatArray, IntArray, lengths, read_only
+from workers.geometry.arrays import FloatArray, IntArray, read_only
 from workers.geometry.edges import edge_lengths, single_edges
 from workers.geometry.geodesics import (
     distances_from,
@@ -20,7 +20,7 @@ from workers.geometry.geodesics import (
     surface_graph,
 )
 from workers.geometry.mesh import TriangleMesh
-from workers.geometry.shared_edges import SharedEdges
+from workers.geometry.smoothing import median_angle
 from workers.retrieval.windows.moments import NUMBERS, EdgeMasses, Windows, windows
 
 WINDOWS_VERSION = "1"
@@ -352,29 +352,6 @@ def _vertex_areas(mesh: TriangleMesh) -> FloatArray:
 def _summed(places: IntArray, values: FloatArray, count: int) -> FloatArray:
     """Sums (count,) of the values at each place."""
     return np.asarray(np.bincount(places, values, minlength=count), dtype=np.float64)
-
-
-def median_angle(mesh: TriangleMesh) -> float:
-    """Median angle between adjacent faces: how rough a mesh is.
-
-    Parameters
-    ----------
-    mesh : TriangleMesh
-        Of any topology.
-
-    Returns
-    -------
-    float
-        In degrees; 0 where no two faces share an edge.
-    """
-    shared = SharedEdges.of(mesh.faces, mesh.n_vertices)
-    if len(shared.faces) == 0:
-        return 0.0
-    normals = mesh.face_normals
-    normals /= np.maximum(lengths(normals), np.finfo(np.float64).tiny)[:, None]
-    one, other = (normals[shared.faces[:, side]] for side in range(2))
-    cosines = np.clip(np.einsum("ei,ei->e", one, other), -1.0, 1.0)
-    return float(np.degrees(np.arccos(np.median(cosines))))
 
 
 def _margin(mesh: TriangleMesh) -> float:
