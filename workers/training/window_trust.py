@@ -7,7 +7,7 @@ import numpy as np
 from scipy.optimize import minimize
 
 from workers.errors import InsufficientTrainingDataError
-from workers.geometry.arrays import FloatArray, IntArray
+from workers.geometry.arrays import BoolArray, FloatArray, IntArray
 from workers.retrieval.calibration import impostor_quantiles
 from workers.retrieval.windows.evidence import Evidence
 from workers.retrieval.windows.signature import Signature
@@ -20,8 +20,9 @@ from workers.retrieval.windows.trust import (
     share_of,
 )
 
-RIDGE = 1e-4
-"""Of the squared distance from where learning starts: a choice."""
+RIDGE = 1e-5
+"""Of the squared distance from where learning starts. On held-out species of training 1e-4 is worse
+by a point (90.1 and 91.2 as the mean of eleven transformations)."""
 
 _START = (
     *(10.0, 0.0, 0.0, 0.0),  # d
@@ -102,6 +103,28 @@ class WindowQueries:
             log_consistency,
             np.array(truth, dtype=np.int64),
             tuple(transformations),
+        )
+
+    def only(self, chosen: BoolArray) -> "WindowQueries":
+        """Some of the queries.
+
+        Parameters
+        ----------
+        chosen : (q,) bool
+            Which.
+
+        Returns
+        -------
+        WindowQueries
+        """
+        return WindowQueries(
+            self.features[chosen],
+            self.distances[chosen],
+            self.around[chosen],
+            self.facing[chosen],
+            self.log_consistency[chosen],
+            self.truth[chosen],
+            tuple(np.array(self.transformations)[chosen].tolist()),
         )
 
     def fused(self, trust: Trust) -> tuple[FloatArray, FloatArray]:
