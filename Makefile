@@ -45,8 +45,9 @@ check: $(VENV)/.dev ## lint, types and import contracts
 benchmark: $(VENV)/.dev ## measure side by side with peers
 	$(BIN)/python -m benchmarks
 
-train-default: $(VENV)/.runtime ## train the model that comes with Proteus anew (15 minutes on two processors; goes on where it was)
+train-default: $(VENV)/.runtime ## train the model that comes with Proteus anew (half an hour on two processors; goes on where it was)
 	@$(BIN)/python -m benchmarks.default_model --data-dir $(TRAINING)
+	@$(BIN)/python -m benchmarks.windows --cache $(TRAINING)/windows --write
 
 lock: ## resolve the dependencies anew (needs uv on the PATH)
 	uv pip compile -q --universal --python-version 3.11 --generate-hashes --no-annotate --no-header \

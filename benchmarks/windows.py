@@ -1,8 +1,8 @@
 """What the model `proteus` knows of windows: learned and measured.
 
 ``python -m benchmarks.windows`` learns all of it on creatures of the species that banks are trained
-on: first the whitening, then how much windows count. Then creatures of the other species are
-searched for, which nothing was learned from. ``--write`` puts it into the shipped model.
+on: first the whitening, then how much windows count. ``--write`` puts it into the shipped model.
+With ``--measure`` creatures of the other species are searched for, which nothing was learned from.
 """
 
 import argparse
@@ -266,6 +266,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser = argparse.ArgumentParser(prog="python -m benchmarks.windows", description=__doc__)
     parser.add_argument("--cache", type=Path, default=None, help="folder for what was described")
     parser.add_argument("--processes", type=int, default=2)
+    parser.add_argument("--measure", action="store_true", help="on the other species, too")
     parser.add_argument("--write", action="store_true", help="into the shipped model")
     parser.add_argument("--out", type=Path, default=FOLDER)
     options = parser.parse_args(arguments)
@@ -289,6 +290,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
     if options.write:
         written = replace(model, windows=matching)
         write_shipped(written.to_json(), shipped_report(), options.out)
+    if not options.measure:
+        return
     tested = _kept(
         options.cache, "tested", lambda: all_described(TESTED_SPECIES, options.processes)
     )
