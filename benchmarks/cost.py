@@ -37,8 +37,10 @@ from workers.geometry.preparation import Preparation
 from workers.geometry.refinement import refine
 from workers.geometry.solution import Solution, Solver
 from workers.geometry.spectrum import compute_spectrum
-from workers.geometry.views import named_view
+from workers.geometry.views import View, named_view
 from workers.retrieval.model import describe
+from workers.retrieval.windows.rows import ROW_BYTES, write_row
+from workers.retrieval.windows.signature import stored_signature, window_surface
 from workers.storage.blobs import BlobStore
 from workers.storage.shipped_models import shipped_model
 from workers.storage.solutions import store_solution
@@ -82,9 +84,8 @@ def describe_file(path: Path) -> dict[str, Any]:
     data = path.read_bytes()
     parsed: TriangleMesh = clock.time("read", lambda: parse(data, filename=path.name).mesh)
     cleaned = clock.time("clean", lambda: clean(parsed).mesh)
-    preparation = Preparation(cleaned)
+    preparation, solver = Preparation(cleaned), Solver(cleaned)
     if _has_parts(cleaned):
-        solver = Solver(cleaned)
         solutions = {
             view.name: clock.time("parts", lambda v=view: solver.under(v))  # type: ignore[misc]
             for view in model.views
@@ -102,8 +103,12 @@ def describe_file(path: Path) -> dict[str, Any]:
             )
             solutions[view.name] = Solution(mesh, spectrum)
     clock.time("describe", lambda: describe(solutions, model))
+    if model.windows is not None:
+        view = model.windows.view
+        prepared = solver.prepared if _has_parts(cleaned) else _alone(preparation)
+        clock.time("windows", lambda: _windows(prepared(view), cleaned.n_vertices))
     peak = peak_megabytes()
-    stored = {"file": len(data), "descriptor": 4 * model.dimension}
+    stored = {"file": len(data), "descriptor": 4 * model.dimension, "signature": ROW_BYTES}
     with tempfile.TemporaryDirectory() as folder:
         blobs = BlobStore(f"file://{folder}")
         for view in model.views:
@@ -115,6 +120,17 @@ def describe_file(path: Path) -> dict[str, Any]:
         "stored": stored,
         "megabytes": peak,
     }
+
+
+def _alone(preparation: Preparation) -> Callable[[View], TriangleMesh]:
+    """Working meshes of a surface of one component."""
+    return lambda view: preparation.under(view).mesh
+
+
+def _windows(mesh: TriangleMesh, n_vertices: int) -> bytes:
+    """Row of the signature of a working mesh."""
+    surface = window_surface(mesh, n_vertices=n_vertices, for_query=False)
+    return write_row(stored_signature(surface))
 
 
 def peak_megabytes() -> float:
