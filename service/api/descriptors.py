@@ -75,7 +75,8 @@ def comparison(
 ) -> ComparisonAnswer:
     """Take the distance of a match apart: what each channel compared, and what it adds.
 
-    The distance is the one in the answer of a query. A model with points compares them on the first
+    The distance is the one in the answer of a query; under a model that compares windows it is the
+    one of the descriptors, before windows count. A model with points compares them on the first
     hundred shapes of an answer only, and counts them as not found on all others. Here they are
     always compared. Under another dissimilarity than the model's own they do not count.
     """

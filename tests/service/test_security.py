@@ -30,6 +30,7 @@ NEEDED = {
     ("GET", QUERY): "read",
     **{("GET", f"{QUERY}/{part}"): "read" for part in ("mesh", "spectrum", "signature")},
     **{("GET", f"{base}/eigenfunction"): "read" for base in (SHAPE, QUERY)},
+    **{("GET", f"{base}/correspondence"): "read" for base in (SHAPE, QUERY)},
     ("GET", SHAPE): "read",
     ("PATCH", SHAPE): "write",
     ("DELETE", SHAPE): "write",

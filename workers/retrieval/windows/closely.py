@@ -71,4 +71,7 @@ def compare_closely(
     there = places[order][np.searchsorted(rows[order], found.places)]
     evidence = Evidence(there, found.all_around, found.facing, found.log_consistency, found.scales)
     weights, unknown = matching.trust.weights(query), looked_at[found_rows < 0]
-    return evidence.fused(distances, weights, unknown=unknown), len(there)
+    fused = evidence.fused(distances, weights, unknown=unknown)
+    # Rounding of windows must not set equal shapes apart: a descriptor is equal for them alone.
+    fused[distances == 0.0] = 0.0
+    return fused, len(there)

@@ -35,6 +35,14 @@ class WindowMatching:
     impostor_quantiles: tuple[float, ...] = ()
     version: str = WINDOWS_VERSION
 
+    def __eq__(self, other: object) -> bool:
+        """Whether both are written alike."""
+        return isinstance(other, WindowMatching) and self.to_json() == other.to_json()
+
+    def __hash__(self) -> int:
+        """Hash of the views and versions."""
+        return hash((self.view.key, self.version))
+
     def to_json(self) -> dict[str, Any]:
         """Plain JSON.
 
