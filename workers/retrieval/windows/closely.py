@@ -8,7 +8,6 @@ import numpy as np
 from workers.geometry.arrays import FloatArray, IntArray
 from workers.retrieval.windows.evidence import (
     MOST_LOOKED_AT,
-    Evidence,
     Fetch,
     WindowQuery,
     least,
@@ -69,9 +68,8 @@ def compare_closely(
     found = WindowQuery(query, matching.whitening).evidence(rows[near], rows, fetch)
     order = np.argsort(rows)
     there = places[order][np.searchsorted(rows[order], found.places)]
-    evidence = Evidence(there, found.all_around, found.facing, found.log_consistency, found.scales)
     weights, unknown = matching.trust.weights(query), looked_at[found_rows < 0]
-    fused = evidence.fused(distances, weights, unknown=unknown)
+    fused = replace(found, places=there).fused(distances, weights, unknown=unknown)
     # Rounding of windows must not set equal shapes apart: a descriptor is equal for them alone.
     fused[distances == 0.0] = 0.0
     return fused, len(there)

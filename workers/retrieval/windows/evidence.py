@@ -33,7 +33,7 @@ _COMPARED_SCALES = 3  # of each candidate: the best of the first look and its ne
 _EVERY = 2  # scale is looked at first
 
 Fetch = Callable[[IntArray, int], NDArray[np.uint8]]
-"""From places (m,) and a number of bytes b to the beginnings of their rows, (m, b)."""
+"""From places (m,) and a number of bytes b to the beginnings of their rows, (m, b); 0 for all."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -138,7 +138,7 @@ class WindowQuery:
         places = np.union1d(near, looked_at[by_windows]).astype(np.int64)
         found = [
             self._compare(row, scales[int(np.argmin(looks[place]))])
-            for place, row in _rows(places, fetch, None)
+            for place, row in _rows(places, fetch, 0)
         ]
         count = min(_COMPARED_SCALES, self._signature.n_scales)
         around = np.array([one.around for one in found]).reshape(len(places), count)
@@ -146,7 +146,7 @@ class WindowQuery:
         log_consistency = np.full(len(places), NOT_VERIFIED)
         factors = np.array([STEP**-one.scale for one in found])
         best = least((around + facing).min(axis=1), VERIFIED)
-        for number, (_, row) in zip(best, _rows(places[best], fetch, None), strict=True):
+        for number, (_, row) in zip(best, _rows(places[best], fetch, 0), strict=True):
             consistency, factor = self._verify(row, found[number].scale)
             log_consistency[number] = max(NOT_VERIFIED, float(np.log(max(consistency, 1e-9))))
             factors[number] *= factor
@@ -218,10 +218,8 @@ class _Compared:
     scale: int
 
 
-def _rows(
-    places: IntArray, fetch: Fetch, n_bytes: int | None
-) -> Iterator[tuple[int, NDArray[np.uint8]]]:
+def _rows(places: IntArray, fetch: Fetch, n_bytes: int) -> Iterator[tuple[int, NDArray[np.uint8]]]:
     """Rows of some places, a few read at a time."""
     for start in range(0, len(places), 256):
         some = places[start : start + 256]
-        yield from zip(some.tolist(), fetch(some, n_bytes or 0), strict=True)
+        yield from zip(some.tolist(), fetch(some, n_bytes), strict=True)

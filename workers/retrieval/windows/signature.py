@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from workers.geometry.arrays import FloatArray, IntArray, read_only
 from workers.geometry.edges import edge_lengths, single_edges
+from workers.geometry.elements import lumped_areas
 from workers.geometry.geodesics import (
     distances_from,
     farthest_points,
@@ -44,8 +45,8 @@ FAR_POINTS = 112
 STEP = 1.07
 """Factor between the scales of two hypotheses; 1.14 in the area."""
 
-WHOLE_SCALES, PART_SCALES, SHEET_SCALES = 1, 8, 12
-"""Hypotheses: of what has no boundary, of what may be a part, of a sheet."""
+PART_SCALES, SHEET_SCALES = 8, 12
+"""Hypotheses: of what may be a part, though it looks closed, and of a sheet."""
 
 SHEET = 7.0
 """Length of the open boundary, in √A, from which a surface counts as a sheet."""
@@ -235,7 +236,8 @@ def window_surface(mesh: TriangleMesh, *, n_vertices: int, for_query: bool) -> W
         reach = math.inf
     start = int(np.argmax(np.square(unit.vertices).sum(axis=1)))
     taken = farthest_points(graph, min(n_points, unit.n_vertices), start=start, reach=reach)
-    areas = _summed(taken.cells, _vertex_areas(unit), len(taken.vertices))
+    of_vertices = lumped_areas(unit.faces, unit.face_areas, unit.n_vertices)
+    areas = np.asarray(np.bincount(taken.cells, of_vertices, len(taken.vertices)), np.float64)
     if for_query:
         mutual = taken.distances[:, taken.vertices]
         mutual = np.minimum(mutual, mutual.T)
@@ -260,24 +262,20 @@ def stored_signature(surface: WindowSurface) -> Signature:
     return _signature(surface, 1)
 
 
-def query_signature(surface: WindowSurface, scales: int | None = None) -> Signature:
+def query_signature(surface: WindowSurface) -> Signature:
     """Signature of a shape that is searched with.
 
     Parameters
     ----------
     surface : WindowSurface
         For a query.
-    scales : int, optional
-        Hypotheses; by default as many as its boundary asks for.
 
     Returns
     -------
     Signature
         Hypothesis j takes the shape for a part that has the share 1.07^(-2j) of a whole's area.
     """
-    if scales is None:
-        scales = SHEET_SCALES if surface.is_sheet else PART_SCALES
-    return _signature(surface, scales)
+    return _signature(surface, SHEET_SCALES if surface.is_sheet else PART_SCALES)
 
 
 def signature_at(mesh: TriangleMesh, points: IntArray) -> Signature:
@@ -342,16 +340,6 @@ def _windows(
     numbers = found.numbers[:, back].reshape(*shape, NUMBERS)
     truncation = found.truncation[:, back].reshape(shape)
     return Windows(numbers.swapaxes(0, 1), truncation.swapaxes(0, 1))
-
-
-def _vertex_areas(mesh: TriangleMesh) -> FloatArray:
-    """A third of the adjacent faces' area, (n,)."""
-    return _summed(mesh.faces.ravel(), np.repeat(mesh.face_areas / 3.0, 3), mesh.n_vertices)
-
-
-def _summed(places: IntArray, values: FloatArray, count: int) -> FloatArray:
-    """Sums (count,) of the values at each place."""
-    return np.asarray(np.bincount(places, values, minlength=count), dtype=np.float64)
 
 
 def _margin(mesh: TriangleMesh) -> float:
