@@ -1,7 +1,8 @@
 """What the model `proteus` knows of windows: learned and measured.
 
 ``python -m benchmarks.windows`` learns all of it on creatures of the species that banks are trained
-on: first the whitening, then how much windows count. ``--write`` puts it into the shipped model.
+on: first the whitening, then how much windows count. It prints a cross-validation over these
+species. ``--write`` puts what was learned into the shipped model.
 With ``--measure`` creatures of the other species are searched for, which nothing was learned from.
 """
 
@@ -64,6 +65,9 @@ COPIES: tuple[tuple[str, tuple[int, ...]], ...] = (
     ("scan", (1, 3, 5)),
 )
 """Transformations and strengths of the copies."""
+
+FOLDS = 3
+"""Of the species, in the cross-validation."""
 
 NOT_LEARNED_FROM = ("scan",)
 """Windows of scans mostly fail (docs/method.md). Learning from them taught distrust of all parts:
@@ -222,6 +226,19 @@ class Set:
         )
 
 
+def cross_validated(one: Set, known: WindowQueries) -> FloatArray:
+    """Distances (q, n) under a trust that was learned from other species than the query's."""
+    species = np.array([query.job.species for query in one.queries])
+    learned = ~np.isin(np.array(known.transformations), NOT_LEARNED_FROM)
+    fused = np.empty_like(known.distances)
+    names = sorted(set(species.tolist()))
+    for fold in track(range(FOLDS), "cross-validation"):
+        held_out = np.isin(species, names[fold::FOLDS])
+        trust = learn_trust(known.only(learned & ~held_out))
+        fused[held_out] = known.only(held_out).fused(trust)[0]
+    return fused
+
+
 def _scanned(query: Float32Array, matrix: Float32Array, model: Model) -> FloatArray:
     near = distances(query, matrix, model)
     return rerank(query, lambda places: matrix[places], near, model)
@@ -286,7 +303,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     matching = WindowMatching(window_view(), whitening, trust, quantiles)
     matching = WindowMatching.from_json(matching.to_json())
     Output().say(json.dumps(trust.to_json()))
-    show(of_training, known.fused(trust)[0])
+    show(of_training, cross_validated(of_training, known))
     if options.write:
         written = replace(model, windows=matching)
         write_shipped(written.to_json(), shipped_report(), options.out)
