@@ -134,7 +134,8 @@ def mutual_distances(near: FloatArray, count: int) -> FloatArray:
     """Distances between points of which those of near ones are known: by way of the others.
 
     They are a little too long. Of 256 points with a reach of 0.3 √A on a horse, an octopus and a
-    human it was 0.014 √A at most and 0.002 √A on average, measured once. They take a tenth of the time.
+    human it was 0.014 √A at most and 0.002 √A on average, measured once. It takes a tenth of the
+    time.
 
     Parameters
     ----------

@@ -21,8 +21,8 @@ from workers.retrieval.windows.trust import (
 )
 
 RIDGE = 1e-5
-"""Of the squared distance from where learning starts. Measured once on held-out species of training:
-1e-4 is worse by a point (90.1 and 91.2 as the mean of eleven transformations)."""
+"""Of the squared distance from where learning starts. Measured once, on held-out species of
+training: 1e-4 is worse by a point (90.1 and 91.2 as the mean of eleven transformations)."""
 
 _START = (
     *(10.0, 0.0, 0.0, 0.0),  # d
