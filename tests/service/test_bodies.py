@@ -4,7 +4,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from service.schemas.queries import Condition, ShapeQuery
+from service.schemas.filters import Condition
+from service.schemas.queries import ShapeQuery
 from service.schemas.training import NewModel
 from tests.service.running import Api
 from workers.storage.paging import decode_cursor, encode_cursor

@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from service.schemas.queries import Condition, Filter
+from service.schemas.filters import Condition, Filter
 from service.search.filters import holds, matching_shapes, passes
 from tests.service.running import EGG, Api
 from workers.storage.collections import get_collection

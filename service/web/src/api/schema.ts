@@ -859,7 +859,7 @@ export interface components {
             rank: number;
             /**
              * Distance
-             * @description of the descriptors; ties are broken by the shape's id
+             * @description of the descriptors and, under a model that compares windows, of these, too; ties are broken by the shape's id
              */
             distance: number;
             /**
