@@ -1,7 +1,8 @@
 """A correspondence as the service answers it: its arrays, its figures, and a picture."""
 
 import io
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -11,7 +12,7 @@ from proteus.client import Document
 from workers.geometry.arrays import FloatArray
 from workers.geometry.formats import parse
 from workers.geometry.mesh import TriangleMesh
-from workers.rendering.render import contact_sheet, encode_png, render
+from workers.rendering.render import Picture, contact_sheet, encode_png, render
 
 PICTURE_PIXELS = 512
 GREY = 170.0  # of what has no counterpart
@@ -59,33 +60,62 @@ def summary(arrays: Arrays) -> Document:
     }
 
 
-def draw(first_glb: bytes, second_glb: bytes, arrays: Arrays) -> bytes:
-    """Draw both shapes side by side; points that correspond have the same colour.
+@dataclass(frozen=True, eq=False)
+class Pair:
+    """Two shapes to be drawn side by side.
+
+    Attributes
+    ----------
+    first, second : bytes
+        Their meshes, as GLB.
+    arrays : mapping of str to array, optional
+        ``faces``, ``barycentric``, ``confidence`` and ``covered`` of their correspondence; nothing
+        where there is none.
+    label : str
+        Below the second.
+    """
+
+    first: bytes
+    second: bytes
+    arrays: Arrays | None
+    label: str = ""
+
+
+def draw(pairs: Sequence[Pair]) -> bytes:
+    """Draw shapes side by side, a row for each pair; points that correspond have the same colour.
 
     Parameters
     ----------
-    first_glb, second_glb : bytes
-        The meshes that the correspondence is of, as GLB.
-    arrays : mapping of str to array
-        ``faces``, ``barycentric``, ``confidence`` and ``covered``.
+    pairs : sequence of Pair
+        At least one.
 
     Returns
     -------
     bytes
         A PNG file. What has no counterpart is grey.
     """
-    first, second = (parse(data, filename="mesh.glb").mesh for data in (first_glb, second_glb))
+    pictures = [picture for pair in pairs for picture in _drawn(pair)]
+    labels = [label for pair in pairs for label in ("", pair.label)]
+    has_labels = any(labels)
+    return encode_png(contact_sheet(pictures, columns=2, labels=labels if has_labels else None))
+
+
+def _drawn(pair: Pair) -> tuple[Picture, Picture]:
+    """Both pictures of a pair."""
+    first, second = (parse(data, filename="mesh.glb").mesh for data in (pair.first, pair.second))
     colours = _position_colours(second)
-    corners = second.faces[arrays["faces"]]
-    carried = np.einsum("nc,nci->ni", arrays["barycentric"], colours[corners])
-    pictures = [
-        render(mesh, size=PICTURE_PIXELS, background=(255, 255, 255), colours=_greyed(own, weights))
-        for mesh, own, weights in (
-            (first, carried, arrays["confidence"]),
-            (second, colours, arrays["covered"]),
-        )
-    ]
-    return encode_png(contact_sheet(pictures, columns=2))
+    if pair.arrays is None:
+        carried, sure = np.zeros((first.n_vertices, 3)), np.zeros(first.n_vertices)
+        covered = np.zeros(second.n_vertices)
+    else:
+        corners = second.faces[pair.arrays["faces"]]
+        carried = np.einsum("nc,nci->ni", pair.arrays["barycentric"], colours[corners])
+        sure, covered = pair.arrays["confidence"], pair.arrays["covered"]
+    return _coloured(first, _greyed(carried, sure)), _coloured(second, _greyed(colours, covered))
+
+
+def _coloured(mesh: TriangleMesh, colours: FloatArray) -> Picture:
+    return render(mesh, size=PICTURE_PIXELS, background=(255, 255, 255), colours=colours)
 
 
 def _position_colours(mesh: TriangleMesh) -> FloatArray:

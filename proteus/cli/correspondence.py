@@ -38,21 +38,36 @@ def correspondence(
 ) -> None:
     """Find the point of shape B for each vertex of shape A."""
     own = f"/v1/{'queries' if query else 'shapes'}/{first}"
-    data = _fetch(session, own, second)
+    data = fetch_correspondence(session, own, second)
     from proteus import matched_points  # numpy would cost every other command half a second
 
     if out is not None:
         out.write_bytes(data)
     arrays = matched_points.read(data)
     if picture is not None:
-        meshes = [_mesh(session, path) for path in (own, f"/v1/shapes/{second}")]
-        picture.write_bytes(matched_points.draw(meshes[0], meshes[1], arrays))
+        meshes = fetch_mesh(session, own), fetch_mesh(session, f"/v1/shapes/{second}")
+        picture.write_bytes(matched_points.draw([matched_points.Pair(*meshes, arrays)]))
     found = matched_points.summary(arrays)
     session.output.show(found, _table(found))
 
 
-def _fetch(session: Session, own: str, second: str) -> bytes:
-    """The npz of the result, after its job where there is one."""
+def fetch_correspondence(session: Session, own: str, second: str) -> bytes:
+    """Return the npz of a correspondence, after its job where there is one.
+
+    Parameters
+    ----------
+    session : Session
+        Of the command.
+    own : str
+        Path of a stored shape or of a query.
+    second : str
+        Id of a stored shape.
+
+    Raises
+    ------
+    CommandError
+        The job failed.
+    """
     path = f"{own}/correspondence"
     wanted = {"shape": second, "format": "npz"}
     answer = session.client.request("GET", path, params={**wanted, "wait": WAIT_SECONDS})
@@ -64,7 +79,8 @@ def _fetch(session: Session, own: str, second: str) -> bytes:
     return answer.content
 
 
-def _mesh(session: Session, path: str) -> bytes:
+def fetch_mesh(session: Session, path: str) -> bytes:
+    """Return the GLB of a stored shape or a query, by its path."""
     return session.client.request("GET", f"{path}/mesh", params={"format": "glb"}).content
 
 

@@ -9,10 +9,11 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 from rich.markup import escape
 
+from proteus.cli.asking import query_by_mesh
 from proteus.cli.connection import KeyOption, local
 from proteus.cli.embedded import service_for
 from proteus.cli.errors import EXIT_FAILED
-from proteus.cli.query import matches_table, query_by_mesh
+from proteus.cli.query import matches_table
 from proteus.cli.serving import DataOption, HostOption, PortOption, WorkersOption
 from proteus.client import DEFAULT_URL, Client, Document
 from proteus.files import UploadFile
@@ -119,7 +120,8 @@ def _show(client: Client, output: Output, settings: Settings) -> list[Answer]:
 def _ask(client: Client, output: Output, query: "DemoMesh", path: Path) -> Answer:
     """Search with one deformed copy, and show the ranked answer."""
     options = {"limit": MATCHES}
-    result = query_by_mesh(client, output, COLLECTION, path.name, path.read_bytes(), options)
+    asked = query_by_mesh(client, output, COLLECTION, path.name, path.read_bytes(), options)
+    result = asked.result
     answer = Answer(query.creature, query.deformation, path, result)
     if not output.as_json:
         title = f"\n[bold]{escape(answer.creature)}[/] {escape(answer.deformation)}"

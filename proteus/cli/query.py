@@ -2,26 +2,26 @@
 
 import json
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated
 
 import typer
 from rich.markup import escape
 from rich.table import Table
 
+from proteus.cli.asking import Asked, query_by_mesh, query_by_region
 from proteus.cli.connection import Session, connected
+from proteus.cli.correspondence import fetch_correspondence, fetch_mesh
 from proteus.cli.regions import choose_region
-from proteus.client import Client, Document, json_object
+from proteus.client import Document
 from proteus.files import content_with_needs
-from proteus.terminal.output import CommandError, Output
+from proteus.terminal.output import CommandError
 from proteus.terminal.tables import cell, make_table
-from proteus.terminal.waiting import PATIENCE_SECONDS, require_success, wait_for_job
 
-if TYPE_CHECKING:
-    import httpx  # which the client brings along where it is needed
+PICTURED = 3
+"""So many of the first matches are drawn."""
 
-WAIT_SECONDS = 2  # for an answer at once; then there is a bar that says what is done
 TEXT_FIELDS = frozenset({"label", "name", "path", "transformation"})
 BOUNDS = {">=": "gte", "<=": "lte", ">": "gt", "<": "lt"}
 _CONDITION = re.compile(
@@ -97,6 +97,16 @@ def query(
     whole: Annotated[
         bool, typer.Option("--whole", help="The query is a whole shape, not a part of one.")
     ] = False,
+    picture: Annotated[
+        Path | None,
+        typer.Option(
+            "--picture",
+            dir_okay=False,
+            metavar="FILE.png",
+            help=f"Draw the query beside each of the first {PICTURED} matches; points that "
+            "correspond have the same colour.",
+        ),
+    ] = None,
 ) -> None:
     """Find the shapes most like a mesh, a stored shape, or a region of one."""
     if (mesh is None) == (not shape):
@@ -116,85 +126,41 @@ def query(
     options |= {"filter": wanted} if wanted else {}
     if mesh is not None:
         content = content_with_needs(mesh)
-        result = query_by_mesh(
+        asked = query_by_mesh(
             session.client, session.output, collection, mesh.name, content, options
         )
     elif cut is not None:
         options |= {} if include_self is None else {"include_self": include_self}
         body = {**options, "shape_id": shape, "region": cut}
-        result = query_by_region(session.client, session.output, collection, body)
+        asked = query_by_region(session.client, session.output, collection, body)
     else:
         body = {**options, "shape_id": shape, "include_self": bool(include_self)}
         path = f"/v1/collections/{collection}/query"
-        result = session.client.post(path, body)
-    session.output.show(result, matches_table(result))
+        asked = Asked(session.client.post(path, body), f"/v1/shapes/{shape}")
+    session.output.show(asked.result, matches_table(asked.result))
+    if picture is not None:
+        _draw(session, asked, picture)
 
 
-def query_by_mesh(
-    client: Client,
-    output: Output,
-    collection: str,
-    name: str,
-    content: bytes,
-    options: Mapping[str, Any],
-) -> Document:
-    """Return the QueryResult of a mesh, waiting for its computation as long as it takes.
+def _draw(session: Session, asked: Asked, path: Path) -> None:
+    """Draw where the query lies on the first matches."""
+    from proteus import matched_points  # numpy would cost every other command half a second
 
-    Parameters
-    ----------
-    output : Output
-        Shows what is done meanwhile.
-    name, content : str, bytes
-        The mesh file.
-    options : mapping
-        ``limit``, ``model``, ``dissimilarity``, ``match``, ``filter`` as in the contract.
-    """
-    client.patience_seconds = max(client.patience_seconds, PATIENCE_SECONDS)
-    fields = {
-        key: json.dumps(value) if isinstance(value, dict) else str(value)
-        for key, value in options.items()
-    }
-    answer = client.request(
-        "POST",
-        f"/v1/collections/{collection}/query/mesh",
-        params={"wait": WAIT_SECONDS},
-        data=fields,
-        files=[("mesh", (name, content))],
-    )
-    return _await_result(client, output, answer, title=name)
-
-
-def query_by_region(
-    client: Client, output: Output, collection: str, body: Mapping[str, Any]
-) -> Document:
-    """Return the QueryResult of a region, waiting for its computation as long as it takes.
-
-    Parameters
-    ----------
-    output : Output
-        Shows what is done meanwhile.
-    body : mapping
-        ``shape_id``, ``region`` and options as in the contract.
-    """
-    client.patience_seconds = max(client.patience_seconds, PATIENCE_SECONDS)
-    answer = client.request(
-        "POST",
-        f"/v1/collections/{collection}/query",
-        params={"wait": WAIT_SECONDS},
-        json=body,
-    )
-    return _await_result(client, output, answer, title="region")
-
-
-def _await_result(
-    client: Client, output: Output, answer: "httpx.Response", *, title: str
-) -> Document:
-    """Return the result that was answered, or that a job is making."""
-    if answer.status_code != 202:
-        return json_object(answer)
-    accepted = json_object(answer)
-    require_success(wait_for_job(client, output, accepted["job"], title=title))
-    return client.get(f"/v1/queries/{accepted['query_id']}")
+    own = fetch_mesh(session, asked.place)
+    pairs = []
+    for match in asked.result["matches"][:PICTURED]:
+        shape = match["shape"]
+        other = fetch_mesh(session, f"/v1/shapes/{shape['id']}")
+        label = f"{match['rank']}. {shape['name']}"
+        try:
+            arrays = matched_points.read(fetch_correspondence(session, asked.place, shape["id"]))
+        except CommandError as error:  # the answer stands, whatever can be drawn of it
+            session.output.error(error)
+            arrays = None
+        pairs.append(matched_points.Pair(own, other, arrays, label))
+    if not pairs:
+        raise CommandError("nothing was found, so there is nothing to draw")
+    path.write_bytes(matched_points.draw(pairs))
 
 
 def parse_filters(conditions: Sequence[str]) -> Document:

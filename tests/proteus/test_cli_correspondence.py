@@ -7,7 +7,8 @@ from pathlib import Path
 import numpy as np
 from PIL import Image
 
-from proteus.matched_points import draw
+from proteus.cli.query import PICTURED
+from proteus.matched_points import PICTURE_PIXELS, Pair, draw
 from tests.meshes import bumpy_sphere
 from tests.proteus.conftest import Run
 from tests.proteus.real_service import RealService
@@ -52,6 +53,32 @@ def test_a_query_and_a_missing_shape(run: Run, service: RealService) -> None:
     assert "there is no shape" in result.stderr
 
 
+def test_a_query_is_drawn_beside_its_first_matches(
+    run: Run, service: RealService, tmp_path: Path
+) -> None:
+    mesh, picture = tmp_path / "egg.off", tmp_path / "where.png"
+    mesh.write_bytes(EGG)
+    by_mesh = "query", mesh, "-c", "zoo", "--part", "-n", "2", "--picture", picture
+    by_shape = "query", "--shape", ids(service)[ZOO[0]], "-c", "zoo", "--picture", picture
+    for command, rows in ((by_mesh, 2), (by_shape, PICTURED)):
+        result = run(*command)
+        assert result.exit_code == 0, result.stderr
+        with Image.open(picture) as image:
+            assert image.height > rows * PICTURE_PIXELS
+            assert image.height < (rows + 1) * PICTURE_PIXELS
+            assert image.width == 2 * PICTURE_PIXELS
+    nothing = run("query", mesh, "-c", "zoo", "-f", "label=none", "--picture", picture)
+    assert nothing.exit_code == 1
+    assert "nothing to draw" in nothing.stderr
+
+
+def test_a_match_without_a_correspondence_is_grey() -> None:
+    glb = write(bumpy_sphere(2), "glb")
+    with Image.open(io.BytesIO(draw([Pair(glb, glb, None, "1. ball")]))) as image:
+        shapes = np.asarray(image, dtype=np.float64)[:PICTURE_PIXELS]
+    assert np.ptp(shapes, axis=2).max() < 3
+
+
 def test_points_that_correspond_have_the_same_colour_and_others_are_grey() -> None:
     mesh = bumpy_sphere(2)
     faces = np.zeros(mesh.n_vertices, dtype=np.int64)
@@ -65,7 +92,8 @@ def test_points_that_correspond_have_the_same_colour_and_others_are_grey() -> No
 
     def halves(confidence: FloatArray) -> tuple[FloatArray, FloatArray]:
         glb = write(mesh, "glb")
-        drawn = draw(glb, glb, {**arrays, "confidence": confidence, "covered": sure})
+        found = {**arrays, "confidence": confidence, "covered": sure}
+        drawn = draw([Pair(glb, glb, found)])
         with Image.open(io.BytesIO(drawn)) as image:
             left, right = np.split(np.asarray(image, dtype=np.float64), 2, axis=1)
         return left, right
