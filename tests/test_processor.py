@@ -23,11 +23,18 @@ ANSWER = """
 import workers  # whatever else the process does, it begins with this
 import hashlib
 from workers.creatures import make_creature
-from workers.geometry.views import named_view
-from workers.geometry.solution import solve
+from workers.geometry.views import named_view, window_view
+from workers.geometry.solution import Solver, solve
+from workers.retrieval.windows.signature import query_signature, stored_signature, window_surface
 
-found = solve(make_creature("horse", seed=1, vertices=2000).posed(2), named_view("smooth"))
+horse = make_creature("horse", seed=1, vertices=2000).posed(2)
+found = solve(horse, named_view("smooth"))
 print(hashlib.sha256(found.spectrum.eigenvectors.tobytes()).hexdigest())
+prepared = Solver(horse).prepared(window_view())
+for for_query, signature in ((False, stored_signature), (True, query_signature)):
+    surface = window_surface(prepared, n_vertices=horse.n_vertices, for_query=for_query)
+    arrays = signature(surface).to_arrays()
+    print([hashlib.sha256(array.tobytes()).hexdigest() for array in arrays.values()])
 """
 
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from service.search.indexes import SearchIndexes, SearchModel, load_search_model
-from tests.meshes import bumpy_sphere
+from tests.meshes import bumpy_sphere, icosphere, octahedron, rectangle, scaled, translated, union
 from tests.pipeline.windowed import store_windowed
 from tests.service.conftest import Start, Stock
 from tests.service.running import (
@@ -310,3 +310,32 @@ def test_files_of_signatures_go_with_those_of_descriptors(
         assert len(cached(folder)) == 1
         SearchIndexes(database, folder).keep_only({park}, {"heat"})
     assert cached(folder) == []
+
+
+HARD_QUERIES = {
+    "ten triangles": rectangle(5, 1),
+    "a plate": rectangle(12, 12),
+    "a closed sphere": icosphere(3),
+    "forty pieces": union(
+        *(translated(scaled(octahedron(), 0.1 + 0.01 * i), (2.0 * i, 0.0, 0.0)) for i in range(40))
+    ),
+    "a part of forty pieces": union(
+        *(translated(rectangle(3, 3, 1.0, 0.2 * i), (3.0 * i, 0.0, 0.0)) for i in range(1, 41))
+    ),
+}
+
+
+@pytest.mark.parametrize("match", ["auto", "part", "whole"])
+def test_what_says_little_is_ranked_all_the_same(park: Api, match: str) -> None:
+    """Nothing but a flat rim, the same everywhere, or many pieces: an answer, never an error."""
+    for mesh in HARD_QUERIES.values():
+        content = off(mesh)
+        waiting = park.ask_mesh(PARK, content, 202, match=match)
+        park.work()
+        answer = park.get(f"/v1/queries/{waiting['query_id']}")
+        assert (answer["searched"], answer["searched_closely"]) == (5, 5)
+        far = [one["distance"] for one in answer["matches"]]
+        assert far == sorted(far)
+        assert np.isfinite(far).all()
+        assert all(0.0 <= one["similarity"] <= 1.0 for one in answer["matches"])
+        assert park.ask_mesh(PARK, content, match=match)["matches"] == answer["matches"]
