@@ -24,7 +24,7 @@ from workers.retrieval.windows.rows import (
     PREFIX_BYTES,
     PREFIX_POINTS,
     ROW_BYTES,
-    read_prefix,
+    read_prefixes,
     read_row,
     write_row,
 )
@@ -119,8 +119,10 @@ def test_a_copy_has_the_same_signature() -> None:
 
 def test_the_beginning_of_a_row_is_what_a_short_look_reads() -> None:
     row = as_array(write_row(stored_bumpy(1)))
+    windows = np.array([1, 5])
     for given in (row, row[:PREFIX_BYTES]):
-        assert_array_equal(read_prefix(given), read_row(row).numbers[0, :PREFIX_POINTS])
+        (found,) = read_prefixes(given[None], windows)
+        assert_array_equal(found, read_row(row).numbers[0, :PREFIX_POINTS, windows].swapaxes(0, 1))
 
 
 def test_a_tiny_mesh_has_its_points_again_and_these_have_no_area() -> None:

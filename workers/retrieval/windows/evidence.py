@@ -7,12 +7,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from workers.geometry.arrays import FloatArray, IntArray
-from workers.retrieval.windows.comparing import ALL_AROUND, FACING, NOTHING_COUNTS, Side
+from workers.retrieval.windows.comparing import (
+    ALL_AROUND,
+    AT_A_GLANCE,
+    FACING,
+    NOTHING_COUNTS,
+    Side,
+)
 from workers.retrieval.windows.rows import (
     PREFIX_BYTES,
-    PREFIX_POINTS,
     read_numbers,
-    read_prefix,
+    read_prefixes,
     read_row,
 )
 from workers.retrieval.windows.signature import STEP, Signature
@@ -26,11 +31,15 @@ CANDIDATES = 100
 VERIFIED = 24
 """So many of the least difference are verified."""
 
-MOST_LOOKED_AT = 5000
+MOST_LOOKED_AT = 10_000
 """So many shapes of the least distance are looked through for candidates."""
+
+GLANCED_POINTS = 32
+"""So many first points of the query are looked for among those of a shape's prefix."""
 
 _COMPARED_SCALES = 3  # of each candidate: the best of the first look and its neighbours
 _EVERY = 2  # scale is looked at first
+_BLOCK = 128  # rows are read at a time
 
 Fetch = Callable[[IntArray, int], NDArray[np.uint8]]
 """From places (m,) and a number of bytes b to the beginnings of their rows, (m, b); 0 for all."""
@@ -104,8 +113,7 @@ class WindowQuery:
     def __init__(self, signature: Signature, whitening: Whitening) -> None:
         """Whiten the query's windows."""
         self._signature = signature
-        self._whitening = whitening
-        self._look = Side.of(signature, whitening, slice(None), points=PREFIX_POINTS)
+        self._look = Side.of(signature, whitening, AT_A_GLANCE, points=GLANCED_POINTS)
         self._around = Side.of(signature, whitening, ALL_AROUND)
         self._facing = Side.of(signature, whitening, FACING)
 
@@ -128,17 +136,16 @@ class WindowQuery:
             Of all candidates; a candidate's is the same whatever others there are.
         """
         scales = list(range(0, self._signature.n_scales, _EVERY))
-        looks = {
-            place: self._look_at(row, scales)
-            for place, row in _rows(np.union1d(near, looked_at), fetch, PREFIX_BYTES)
-        }
-        least_of_each = np.array([looks[place].min() for place in looked_at.tolist()])
+        seen = np.union1d(near, looked_at).astype(np.int64)
+        looks = self._look_at(seen, scales, fetch)  # (n, c)
+        least_of_each = looks.min(axis=1)[np.searchsorted(seen, looked_at)]
         by_windows = least(least_of_each, CANDIDATES)
         by_windows = by_windows[least_of_each[by_windows] != NOTHING_COUNTS]
         places = np.union1d(near, looked_at[by_windows]).astype(np.int64)
+        first_scales = looks.argmin(axis=1)[np.searchsorted(seen, places)]
         found = [
-            self._compare(row, scales[int(np.argmin(looks[place]))])
-            for place, row in _rows(places, fetch, 0)
+            self._compare(row, scales[best])
+            for best, row in zip(first_scales, _rows(places, fetch), strict=True)
         ]
         count = min(_COMPARED_SCALES, self._signature.n_scales)
         around = np.array([one.around for one in found]).reshape(len(places), count)
@@ -146,45 +153,51 @@ class WindowQuery:
         log_consistency = np.full(len(places), NOT_VERIFIED)
         factors = np.array([STEP**-one.scale for one in found])
         best = least((around + facing).min(axis=1), VERIFIED)
-        for number, (_, row) in zip(best, _rows(places[best], fetch, 0), strict=True):
+        for number, row in zip(best, _rows(places[best], fetch), strict=True):
             consistency, factor = self._verify(row, found[number].scale)
             log_consistency[number] = max(NOT_VERIFIED, float(np.log(max(consistency, 1e-9))))
             factors[number] *= factor
         return Evidence(places, around, facing, log_consistency, factors)
 
-    def _look_at(self, row: NDArray[np.uint8], scales: list[int]) -> FloatArray:
-        """X of a few points at some scales."""
-        right = self._whitening.apply(read_prefix(row))
-        return self._look.differences(scales, self._look.costs(scales, right))
+    def _look_at(self, places: IntArray, scales: list[int], fetch: Fetch) -> FloatArray:
+        """X (n, c) of a few points and windows at some scales."""
+        looks = [np.empty((0, len(scales)))]  # for want of shapes
+        for rows in _blocks(places, fetch, PREFIX_BYTES):
+            right = self._look.right(read_prefixes(rows, self._look.windows))
+            looks.append(self._look.differences(scales, self._look.costs(scales, right)))
+        return np.concatenate(looks)
 
     def _compare(self, row: NDArray[np.uint8], best: int) -> "_Compared":
         """X of all points at the best scale of a first look and its neighbours."""
         count = min(_COMPARED_SCALES, self._signature.n_scales)
         low = min(max(best - count // 2, 0), self._signature.n_scales - count)
         chosen = list(range(low, low + count))
-        right = self._whitening.apply(read_numbers(row))
-        sides = (self._around, self._facing)
-        around, facing = (side.differences(chosen, side.costs(chosen, right)) for side in sides)
+        numbers = read_numbers(row)
+        around, facing = (
+            side.differences(chosen, side.costs(chosen, side.right(numbers[:, side.windows])))
+            for side in (self._around, self._facing)
+        )
         return _Compared(around, facing, chosen[int(np.argmin(around + facing))])
 
     def _verify(self, row: NDArray[np.uint8], scale: int) -> tuple[float, float]:
         """Consistency of the matches at a scale, and the factor that fits the distances best."""
         candidate, query = read_row(row), self._signature
-        right = self._whitening.apply(candidate.numbers[0][: len(candidate.mutual)])
+        numbers = candidate.numbers[0][: len(candidate.mutual)]
         matched = slice(0, QUERY_POINTS)
         sums: NDArray[np.float32] = np.zeros(1, dtype=np.float32)
         dimensions: NDArray[np.float32] = np.zeros(1, dtype=np.float32)
         for side in (self._around, self._facing):
             counted = side.dimensions[scale, matched]  # (q,)
-            sums = sums + side.costs([scale], right)[0, matched] * counted[:, None]
+            costs = side.costs([scale], side.right(numbers[:, side.windows]))[0, matched]
+            sums = sums + costs * counted[:, None]
             dimensions = dimensions + counted
-        costs = sums / np.maximum(dimensions, 1.0)[:, None]
+        means = sums / np.maximum(dimensions, 1.0)[:, None]
         mutual = query.mutual.astype(np.float64)
         nearest = np.argmin(mutual[:, matched], axis=1)
         areas = query.areas.astype(np.float64)
         cells = np.asarray(np.bincount(nearest, areas, minlength=len(dimensions)), np.float64)
         own = mutual[matched, matched] * STEP**-scale
-        found = verify(costs, dimensions > 0, cells, own, candidate.mutual.astype(np.float64))
+        found = verify(means, dimensions > 0, cells, own, candidate.mutual.astype(np.float64))
         return found.consistency, found.scale
 
 
@@ -218,8 +231,13 @@ class _Compared:
     scale: int
 
 
-def _rows(places: IntArray, fetch: Fetch, n_bytes: int) -> Iterator[tuple[int, NDArray[np.uint8]]]:
-    """Rows of some places, a few read at a time."""
-    for start in range(0, len(places), 256):
-        some = places[start : start + 256]
-        yield from zip(some.tolist(), fetch(some, n_bytes), strict=True)
+def _blocks(places: IntArray, fetch: Fetch, n_bytes: int) -> Iterator[NDArray[np.uint8]]:
+    """Rows of some places, a few at a time."""
+    for start in range(0, len(places), _BLOCK):
+        yield fetch(places[start : start + _BLOCK], n_bytes)
+
+
+def _rows(places: IntArray, fetch: Fetch) -> Iterator[NDArray[np.uint8]]:
+    """Whole rows of some places."""
+    for rows in _blocks(places, fetch, 0):
+        yield from rows

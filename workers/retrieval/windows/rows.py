@@ -92,19 +92,22 @@ def read_numbers(row: NDArray[np.uint8]) -> NDArray[np.float32]:
     return decoded(codes.reshape(STORED_POINTS, KINDS, NUMBERS))
 
 
-def read_prefix(row: NDArray[np.uint8]) -> NDArray[np.float32]:
-    """Numbers of the first points.
+def read_prefixes(rows: NDArray[np.uint8], windows: NDArray[np.intp]) -> NDArray[np.float32]:
+    """Numbers of some windows of the first points.
 
     Parameters
     ----------
-    row : (PREFIX_BYTES or more,) uint8
-        The beginning of a row.
+    rows : (m, PREFIX_BYTES or more) uint8
+        The beginnings of rows.
+    windows : (w,) int
+        Of 7.
 
     Returns
     -------
-    (PREFIX_POINTS, 7, 7) float32
+    (m, PREFIX_POINTS, w, 7) float32
     """
-    return decoded(row[:PREFIX_BYTES].reshape(PREFIX_POINTS, KINDS, NUMBERS))
+    codes = rows[:, :PREFIX_BYTES].reshape(len(rows), PREFIX_POINTS, KINDS, NUMBERS)
+    return decoded(codes[:, :, windows])
 
 
 def _padded(signature: Signature) -> Signature:

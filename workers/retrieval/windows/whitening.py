@@ -58,12 +58,12 @@ class Whitening:
         (s, 77) float32
         """
         flat = np.asarray(numbers, dtype=np.float32).reshape(len(numbers), -1)
-        white: NDArray[np.float32] = flat @ self._matrix
+        white: NDArray[np.float32] = flat @ self.matrix
         return white
 
     @cached_property
-    def _matrix(self) -> NDArray[np.float32]:
-        """Both maps as one, (49, 77): a block for each window."""
+    def matrix(self) -> NDArray[np.float32]:
+        """Both maps as one, (49, 77): a block for each window and map."""
         matrix = np.zeros((KINDS, NUMBERS, COLUMNS))
         for window in range(KINDS):
             start, after = NUMBERS * window, WHOLE_COLUMNS + len(STEADY) * window
