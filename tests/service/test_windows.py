@@ -21,7 +21,7 @@ from tests.service.running import (
     running,
     zoo_files,
 )
-from workers.retrieval.windows import closely, evidence
+from workers.retrieval.windows import candidates, closely, evidence
 from workers.retrieval.windows.rows import ROW_BYTES
 from workers.storage.collections import create_collection, delete_collection
 from workers.storage.database import Database
@@ -203,7 +203,7 @@ def numbered_names() -> dict[str, bytes]:
 def test_an_evaluation_ranks_as_searches_do(api: Api, monkeypatch: pytest.MonkeyPatch) -> None:
     """Few are compared closely, so that it matters which: a query is not among them."""
     monkeypatch.setattr(closely, "NEAREST", 2)
-    monkeypatch.setattr(evidence, "CANDIDATES", 1)
+    monkeypatch.setattr(candidates, "CANDIDATES", 1)
     monkeypatch.setattr(evidence, "VERIFIED", 1)
     make_park(api, numbered_names())
     body = {"collection": PARK, "models": ["windowed", "heat"]}

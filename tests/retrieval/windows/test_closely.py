@@ -14,7 +14,7 @@ from workers.creatures import TRAINING_SPECIES, make_creature
 from workers.errors import InvalidRequestError
 from workers.geometry.arrays import FloatArray, IntArray
 from workers.geometry.views import window_view
-from workers.retrieval.windows import closely, evidence
+from workers.retrieval.windows import candidates, closely, evidence
 from workers.retrieval.windows.closely import AUTO, PART, PART_BOUNDARY, WHOLE, compare_closely
 from workers.retrieval.windows.evidence import WindowQuery
 from workers.retrieval.windows.matching import WindowMatching
@@ -162,7 +162,7 @@ def test_twins_have_the_same_distance_though_only_few_are_verified(
 ) -> None:
     """Those level with the last one count, too: neither place nor number decides."""
     monkeypatch.setattr(closely, "NEAREST", 1)
-    monkeypatch.setattr(evidence, "CANDIDATES", 2)
+    monkeypatch.setattr(candidates, "CANDIDATES", 2)
     monkeypatch.setattr(evidence, "VERIFIED", 2)
     rng = np.random.default_rng(4)
     rows = [*balls()[:5], *[balls()[1]] * 4]
@@ -241,7 +241,7 @@ def test_the_nearest_and_those_with_like_windows_are_compared(
 ) -> None:
     """Two by distance and two by windows; only beginnings of rows are read of the others."""
     monkeypatch.setattr(closely, "NEAREST", 2)
-    monkeypatch.setattr(evidence, "CANDIDATES", 2)
+    monkeypatch.setattr(candidates, "CANDIDATES", 2)
     monkeypatch.setattr(evidence, "VERIFIED", 1)
     distances = np.array([0.5, 0.6, 0.7, 0.1, 0.9, 0.2, 0.4, 0.9, 0.8])
     gallery = Gallery.of(balls())
@@ -256,9 +256,23 @@ def test_the_nearest_and_those_with_like_windows_are_compared(
     assert gallery.reads == [(9, PREFIX_BYTES), (count, 0), (1, 0)]
 
 
-def test_only_the_nearest_thousands_are_looked_at(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_of_many_those_that_are_best_at_a_glance_are_looked_at(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(candidates, "LOOKED_AT", 3)
+    monkeypatch.setattr(closely, "NEAREST", 1)
+    monkeypatch.setattr(candidates, "CANDIDATES", 1)
+    distances = np.array([0.1, *([0.5] * 8)])
+    gallery = Gallery.of(balls())
+    found, count = gallery.ask(asked_bumpy(7), distances, matching=WITHOUT_DISTANCE)
+    assert found.argmin() == 7
+    assert gallery.reads[:2] == [(9, PREFIX_BYTES), (4, PREFIX_BYTES)]
+    assert count == 2
+
+
+def test_only_the_nearest_thousands_are_glanced_at(monkeypatch: pytest.MonkeyPatch) -> None:
     """Those level with the last of them, too: the order of a gallery does not matter."""
-    monkeypatch.setattr(closely, "MOST_LOOKED_AT", 3)
+    monkeypatch.setattr(closely, "MOST_GLANCED_AT", 3)
     distances = np.array([0.5, 0.1, 0.2, 0.2, 0.2, 0.9, 0.9, 0.9, 0.9])
     gallery = Gallery.of(balls())
     _, count = gallery.ask(asked_bumpy(7), distances)

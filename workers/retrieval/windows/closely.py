@@ -6,12 +6,8 @@ from dataclasses import replace
 import numpy as np
 
 from workers.geometry.arrays import FloatArray, IntArray
-from workers.retrieval.windows.evidence import (
-    MOST_LOOKED_AT,
-    Fetch,
-    WindowQuery,
-    least,
-)
+from workers.retrieval.windows.candidates import MOST_GLANCED_AT, Fetch, least
+from workers.retrieval.windows.evidence import WindowQuery
 from workers.retrieval.windows.matching import WindowMatching
 from workers.retrieval.windows.signature import Signature
 
@@ -47,7 +43,7 @@ def compare_closely(
     rows_of : callable
         From places (m,) to the rows (m,) of their signatures, -1 where there is none.
     fetch : callable
-        From rows to their bytes, see `Evidence`.
+        From rows to their bytes, see `FirstLooks`.
     match : "auto", "whole" or "part"
         What the query is taken for.
 
@@ -61,14 +57,14 @@ def compare_closely(
         query = replace(query, numbers=query.numbers[:1], reaches=query.reaches[:1])
     if match == PART:
         query = replace(query, boundary=max(query.boundary, PART_BOUNDARY))
-    looked_at = least(distances, MOST_LOOKED_AT)
-    found_rows = rows_of(looked_at)
-    places, rows = looked_at[found_rows >= 0], found_rows[found_rows >= 0]
+    glanced_at = least(distances, MOST_GLANCED_AT)
+    found_rows = rows_of(glanced_at)
+    places, rows = glanced_at[found_rows >= 0], found_rows[found_rows >= 0]
     near = np.isin(places, least(distances, NEAREST))
     found = WindowQuery(query, matching.whitening).evidence(rows[near], rows, fetch)
     order = np.argsort(rows)
     there = places[order][np.searchsorted(rows[order], found.places)]
-    weights, unknown = matching.trust.weights(query), looked_at[found_rows < 0]
+    weights, unknown = matching.trust.weights(query), glanced_at[found_rows < 0]
     fused = replace(found, places=there).fused(distances, weights, unknown=unknown)
     # Rounding of windows must not set equal shapes apart: a descriptor is equal for them alone.
     fused[distances == 0.0] = 0.0

@@ -1,23 +1,20 @@
 """What windows say of the candidates of a query: found, compared, verified."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from workers.geometry.arrays import FloatArray, IntArray
+from workers.retrieval.windows.candidates import Fetch, FirstLooks, blocks_of, least
 from workers.retrieval.windows.comparing import (
     ALL_AROUND,
-    AT_A_GLANCE,
     FACING,
-    NOTHING_COUNTS,
     Side,
 )
 from workers.retrieval.windows.rows import (
-    PREFIX_BYTES,
     read_numbers,
-    read_prefixes,
     read_row,
 )
 from workers.retrieval.windows.signature import STEP, Signature
@@ -25,24 +22,10 @@ from workers.retrieval.windows.trust import NOT_VERIFIED, Weights
 from workers.retrieval.windows.verification import QUERY_POINTS, verify
 from workers.retrieval.windows.whitening import Whitening
 
-CANDIDATES = 100
-"""So many are found by windows, beside those that the scan finds."""
-
 VERIFIED = 24
 """So many of the least difference are verified."""
 
-MOST_LOOKED_AT = 10_000
-"""So many shapes of the least distance are looked through for candidates."""
-
-GLANCED_POINTS = 32
-"""So many first points of the query are looked for among those of a shape's prefix."""
-
 _COMPARED_SCALES = 3  # of each candidate: the best of the first look and its neighbours
-_EVERY = 2  # scale is looked at first
-_BLOCK = 128  # rows are read at a time
-
-Fetch = Callable[[IntArray, int], NDArray[np.uint8]]
-"""From places (m,) and a number of bytes b to the beginnings of their rows, (m, b); 0 for all."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -113,20 +96,20 @@ class WindowQuery:
     def __init__(self, signature: Signature, whitening: Whitening) -> None:
         """Whiten the query's windows."""
         self._signature = signature
-        self._look = Side.of(signature, whitening, AT_A_GLANCE, points=GLANCED_POINTS)
+        self._looks = FirstLooks(signature, whitening)
         self._around = Side.of(signature, whitening, ALL_AROUND)
         self._facing = Side.of(signature, whitening, FACING)
 
-    def evidence(self, near: IntArray, looked_at: IntArray, fetch: Fetch) -> Evidence:
+    def evidence(self, near: IntArray, glanced_at: IntArray, fetch: Fetch) -> Evidence:
         """Compare the query with candidates.
 
         Parameters
         ----------
         near : (m,) int64
             Places of shapes that are candidates in any case.
-        looked_at : (n,) int64
-            Places of shapes that are looked at shortly: the best of them are candidates, too, but
-            for those of which nothing is seen.
+        glanced_at : (n,) int64
+            Places of shapes of which the best at a glance are looked at; the best of these are
+            candidates, too, but for those of which nothing is seen.
         fetch : callable
             Reads the rows of places.
 
@@ -135,17 +118,11 @@ class WindowQuery:
         Evidence
             Of all candidates; a candidate's is the same whatever others there are.
         """
-        scales = list(range(0, self._signature.n_scales, _EVERY))
-        seen = np.union1d(near, looked_at).astype(np.int64)
-        looks = self._look_at(seen, scales, fetch)  # (n, c)
-        least_of_each = looks.min(axis=1)[np.searchsorted(seen, looked_at)]
-        by_windows = least(least_of_each, CANDIDATES)
-        by_windows = by_windows[least_of_each[by_windows] != NOTHING_COUNTS]
-        places = np.union1d(near, looked_at[by_windows]).astype(np.int64)
-        first_scales = looks.argmin(axis=1)[np.searchsorted(seen, places)]
+        chosen = self._looks.candidates(near, glanced_at, fetch)
+        places = chosen.places
         found = [
-            self._compare(row, scales[best])
-            for best, row in zip(first_scales, _rows(places, fetch), strict=True)
+            self._compare(row, scale)
+            for scale, row in zip(chosen.scales.tolist(), _rows(places, fetch), strict=True)
         ]
         count = min(_COMPARED_SCALES, self._signature.n_scales)
         around = np.array([one.around for one in found]).reshape(len(places), count)
@@ -158,14 +135,6 @@ class WindowQuery:
             log_consistency[number] = max(NOT_VERIFIED, float(np.log(max(consistency, 1e-9))))
             factors[number] *= factor
         return Evidence(places, around, facing, log_consistency, factors)
-
-    def _look_at(self, places: IntArray, scales: list[int], fetch: Fetch) -> FloatArray:
-        """X (n, c) of a few points and windows at some scales."""
-        looks = [np.empty((0, len(scales)))]  # for want of shapes
-        for rows in _blocks(places, fetch, PREFIX_BYTES):
-            right = self._look.right(read_prefixes(rows, self._look.windows))
-            looks.append(self._look.differences(scales, self._look.costs(scales, right)))
-        return np.concatenate(looks)
 
     def _compare(self, row: NDArray[np.uint8], best: int) -> "_Compared":
         """X of all points at the best scale of a first look and its neighbours."""
@@ -201,27 +170,6 @@ class WindowQuery:
         return found.consistency, found.scale
 
 
-def least(values: FloatArray, count: int) -> IntArray:
-    """Places of the least values, and of those level with the last: their order is no matter.
-
-    Parameters
-    ----------
-    values : (n,) float64
-        Distances or differences.
-    count : int
-        At least 1.
-
-    Returns
-    -------
-    (m,) int64
-        Ascending; m is ``count``, or more where values are level.
-    """
-    if len(values) <= count:
-        return np.arange(len(values))
-    places: IntArray = np.flatnonzero(values <= np.partition(values, count - 1)[count - 1])
-    return places
-
-
 @dataclass(frozen=True, eq=False)
 class _Compared:
     """X of one candidate at some scales, and the best of these."""
@@ -231,13 +179,7 @@ class _Compared:
     scale: int
 
 
-def _blocks(places: IntArray, fetch: Fetch, n_bytes: int) -> Iterator[NDArray[np.uint8]]:
-    """Rows of some places, a few at a time."""
-    for start in range(0, len(places), _BLOCK):
-        yield fetch(places[start : start + _BLOCK], n_bytes)
-
-
 def _rows(places: IntArray, fetch: Fetch) -> Iterator[NDArray[np.uint8]]:
     """Whole rows of some places."""
-    for rows in _blocks(places, fetch, 0):
+    for rows in blocks_of(places, fetch, 0):
         yield from rows
