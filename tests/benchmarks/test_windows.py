@@ -17,7 +17,6 @@ def small(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(windows, "COPIES", (("partial", (3,)), ("isometry", (2,))))
     monkeypatch.setattr(windows, "INDIVIDUALS", 1)
     monkeypatch.setattr(windows, "ASKED", 1)
-    monkeypatch.setattr(windows, "FOLDS", 2)
     monkeypatch.setattr(windows, "VERTICES", 2000)
     monkeypatch.setattr(windows, "FINE_VERTICES", 3000)
 
