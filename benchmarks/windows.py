@@ -26,7 +26,7 @@ from workers.geometry.arrays import FloatArray
 from workers.geometry.views import window_view
 from workers.retrieval.windows.closely import compare_closely
 from workers.retrieval.windows.matching import WindowMatching
-from workers.retrieval.windows.whitening import Whitening, learn_whitening
+from workers.retrieval.windows.whitening import learn_whitening
 from workers.storage.shipped_models import FOLDER, shipped_model, shipped_report, write_shipped
 from workers.training.bank_shapes import BankShapes, search_distances
 from workers.training.chosen_windows import COPIES as TAUGHT
@@ -35,7 +35,12 @@ from workers.training.ranking_loss import ranks_among
 from workers.training.sources import CreatureSource, Posing, Simulation, load_creature, simulate
 from workers.training.window_pairs import WindowPairs, creature_pairs, fine_vertices
 from workers.training.window_shapes import Arrays, WindowShapes, described_mesh
-from workers.training.windows import cross_validated, folds_of, learn_windows
+from workers.training.windows import (
+    cross_validated,
+    folds_of,
+    learn_windows,
+    windows_report,
+)
 
 VERTICES = 4000
 FINE_VERTICES = fine_vertices(window_view())
@@ -95,12 +100,11 @@ def pairs(species: str) -> WindowPairs:
     return creature_pairs(creature, window_view(), rng=rng)
 
 
-def learned_whitening(processes: int) -> Whitening:
-    """Learn from one creature of each species that banks are trained on."""
+def all_pairs(processes: int) -> WindowPairs:
+    """Corresponding points of one creature of each species that banks are trained on."""
     with ProcessPoolExecutor(processes) as pool:
         running = pool.map(pairs, TRAINING_SPECIES)
-        found = WindowPairs.joined(list(track(running, "pairs", total=len(TRAINING_SPECIES))))
-    return learn_whitening(found.differences, found.one, found.other)
+        return WindowPairs.joined(list(track(running, "pairs", total=len(TRAINING_SPECIES))))
 
 
 def all_described(species: Sequence[str], processes: int) -> list[Arrays | str]:
@@ -176,9 +180,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument("--out", type=Path, default=FOLDER)
     options = parser.parse_args(arguments)
     model = shipped_model()
-    whitening: Whitening = _kept(
-        options.cache, "whitening", lambda: learned_whitening(options.processes)
-    )
+    points: WindowPairs = _kept(options.cache, "pairs", lambda: all_pairs(options.processes))
+    whitening = learn_whitening(points.differences, points.one, points.other)
     training = _kept(
         options.cache, "taught", lambda: all_described(TRAINING_SPECIES, options.processes)
     )
@@ -187,12 +190,15 @@ def main(arguments: Sequence[str] | None = None) -> None:
     Output().say("comparing")
     known = shapes.compared(near, whitening)
     taught = ~np.isin(known.transformations, NOT_LEARNED_FROM)
-    matching = learn_windows(known.only(taught), whitening, window_view())
+    learned_from = known.only(taught)
+    matching = learn_windows(learned_from, whitening, window_view())
     Output().say(json.dumps(matching.trust.to_json()))
     show(shapes.bank, near, cross_validated(known, folds_of(shapes.bank.query_groups), taught))
     if options.write:
+        found = windows_report(learned_from, shapes.bank.only(taught))
+        report = {"learned": True, "n_pairs": len(points.differences), **found}
         written = replace(model, windows=matching)
-        write_shipped(written.to_json(), shipped_report(), options.out)
+        write_shipped(written.to_json(), {**shipped_report(), "windows": report}, options.out)
     if not options.measure:
         return
     tested = _kept(
