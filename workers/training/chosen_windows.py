@@ -168,7 +168,5 @@ def evenly(some: Sequence[Variant], most: int) -> list[Variant]:
 def _change(request: TrainingRequest, source: Source, name: str, strength: int) -> Simulation:
     """One kind of copy, with seeds that no copy of the bank has."""
     asked = replace(request, transformations=(name,), strengths=(strength,))
-    if isinstance(source, CreatureSource):
-        shape = f"windows/{source.species}/{source.seed}"
-        return simulations(asked, shape, poses=True)[0]
-    return simulations(asked, f"windows/{source.sha256}", poses=False)[0]
+    has_poses = isinstance(source, CreatureSource)
+    return simulations(asked, f"windows/{source.identity}", poses=has_poses)[0]

@@ -140,7 +140,7 @@ def paired_points(source: Source, mesh: TriangleMesh, view: View) -> WindowPairs
     WindowPairs
         None where no copy is left.
     """
-    rng = np.random.default_rng(seed_of(*vars(source).values()))
+    rng = np.random.default_rng(seed_of("points", source.identity))
     if not isinstance(source, CreatureSource):
         return mesh_pairs(mesh, view, rng=rng)
     fine = CreatureSource(source.species, source.seed, fine_vertices(view))
@@ -170,7 +170,7 @@ def creature_pairs(creature: Creature, view: View, *, rng: np.random.Generator) 
 def mesh_pairs(mesh: TriangleMesh, view: View, *, rng: np.random.Generator) -> WindowPairs:
     """Pairs of a shape without poses and of bent, bumped and cut copies.
 
-    The shape is made as fine as `fine_vertices` first, or as coarse: finer ones say no more.
+    The shape is given about `fine_vertices` first: finer ones cost more, and say no more.
 
     Parameters
     ----------
@@ -187,9 +187,9 @@ def mesh_pairs(mesh: TriangleMesh, view: View, *, rng: np.random.Generator) -> W
         Of all `COPIES` that have any.
     """
     vertices = fine_vertices(view)
+    mesh = refine(mesh, vertices=vertices)
     if mesh.n_vertices > vertices:
         mesh = decimated(mesh, round(mesh.n_faces * vertices / mesh.n_vertices)).mesh
-    mesh = refine(mesh, vertices=vertices)
 
     def bent(seed: int) -> TriangleMesh:
         return transform(mesh, "isometry", BENT, seed=seed).mesh
