@@ -96,9 +96,10 @@ def test_shapes_that_a_label_says_are_alike_are_not_compared() -> None:
     assert matching.impostor_quantiles[-1] == pytest.approx(trusted[compared].max(), rel=1e-4)
 
 
-def test_shapes_of_one_group_teach_nothing() -> None:
-    shapes = described(("cup",) * 3, lenient=True)
-    with pytest.raises(InsufficientTrainingDataError, match="all 3 shapes are of the group 'cup'"):
+@pytest.mark.parametrize("lenient", [True, False])
+def test_shapes_of_one_group_teach_nothing(*, lenient: bool) -> None:
+    shapes = described(("cup",) * 3, lenient=lenient)
+    with pytest.raises(InsufficientTrainingDataError, match="copies of the group cup alone"):
         held_out_distances(shapes, DNA, shapes.query_groups, lambda _: DNA)
 
 

@@ -71,21 +71,23 @@ def held_out_distances(
     Raises
     ------
     InsufficientTrainingDataError
-        All shapes are of one group.
+        All copies of the bank are of one group.
     """
-    own = shapes.query_groups
-    if len(set(shapes.groups)) < 2:
-        raise InsufficientTrainingDataError(
-            f"all {len(shapes.groups)} shapes are of the group {shapes.groups[0]!r}, so that there "
-            "is nothing to tell copies apart from"
-        )
-    folds, names = folds_of(own), np.array(own)
-    found = np.empty((len(own), len(shapes.references)))
+    names = np.array(shapes.query_groups)
+    folds = folds_of(shapes.query_groups)
+    found = np.empty((len(names), len(shapes.references)))
     for fold in np.unique(folds).tolist():
         held_out = folds == fold
-        model = relearned(~np.isin(groups, names[held_out]))
-        own_shapes = of_channels(shapes.only(held_out), candidates, model)
-        found[held_out] = search_distances(own_shapes, model)
+        others = ~np.isin(groups, names[held_out])
+        if not others.any():
+            apart = ", ".join(sorted(set(names[held_out].tolist())))
+            raise InsufficientTrainingDataError(
+                f"the bank has copies of the group {apart} alone, expected others to learn "
+                "weights from that are not of this group"
+            )
+        model = relearned(others)
+        own = of_channels(shapes.only(held_out), candidates, model)
+        found[held_out] = search_distances(own, model)
     return found
 
 
