@@ -18,7 +18,7 @@ import numpy as np
 from rich.progress import track
 from sqlalchemy import select
 
-from benchmarks.described import PROGRESS, described, of_channels, scores_of, show_rows
+from benchmarks.described import PROGRESS, described, scores_of, show_rows
 from workers.pipeline.training.fit import gather
 from workers.pipeline.training.fit_bank import descriptors
 from workers.retrieval.channels import (
@@ -34,6 +34,7 @@ from workers.storage.blobs import BlobStore
 from workers.storage.database import Database
 from workers.storage.models import Part
 from workers.training.bank import BankOptions, BankShapes, train_bank
+from workers.training.bank_shapes import of_channels
 from workers.training.candidates import is_resolved
 from workers.training.copies import arrange_copies
 from workers.training.examples import Variant
@@ -62,7 +63,8 @@ def trained_on(folder: Path) -> tuple[BankShapes, Model]:
             )
         ).all()
     database.dispose()
-    planned = sorted(map(Variant.from_payload, payloads), key=lambda variant: variant.number)
+    variants = [one for one in map(Variant.from_payload, payloads) if one.windows is None]
+    planned = sorted(variants, key=lambda variant: variant.number)
     material = gather(BlobStore(settings.resolved_blob_url), planned)
     if material.missing:
         raise SystemExit(f"{len(material.missing)} of {len(planned)} variants are not computed")

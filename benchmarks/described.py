@@ -25,10 +25,10 @@ from workers.geometry.views import View
 from workers.pipeline.solve import solve_view
 from workers.retrieval.bootstrap import difference, mean_of_rows
 from workers.retrieval.model import Model, describe
-from workers.retrieval.scan import distances, rerank
 from workers.settings import Settings
 from workers.storage.blobs import BlobStore
-from workers.training.bank import BankShapes
+from workers.training.bank_shapes import BankShapes, search_distances
+from workers.training.ranking_loss import ranks_among
 
 CONSOLE = Console(width=220)
 PROGRESS = Console(stderr=True)
@@ -126,22 +126,9 @@ def _arranged(names: Sequence[str], rows: Float32Array) -> BankShapes:
     )
 
 
-def of_channels(shapes: BankShapes, model: Model, fewer: Model) -> BankShapes:
-    """Shapes that were described under a model, under one that has some of its channels."""
-    every = np.arange(model.dimension)
-    chosen = np.concatenate([every[model.slices[channel.name]] for channel in fewer.entries])
-    return replace(
-        shapes, references=shapes.references[:, chosen], queries=shapes.queries[:, chosen]
-    )
-
-
 def scores_of(model: Model, shapes: BankShapes) -> FloatArray:
     """Average precision of each query, (q,), in per cent: 100 / rank."""
-    scores = np.empty(len(shapes.queries))
-    for number, (query, own) in enumerate(zip(shapes.queries, shapes.truth.tolist(), strict=True)):
-        scanned = distances(query, shapes.references, model)
-        found = rerank(query, lambda places: shapes.references[places], scanned, model)
-        scores[number] = 100.0 / np.count_nonzero(found <= found[own])
+    scores: FloatArray = 100.0 / ranks_among(search_distances(shapes, model), shapes.truth)
     return scores
 
 

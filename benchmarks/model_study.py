@@ -14,11 +14,11 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from benchmarks.described import CONSOLE, described, of_channels, scores_of, show_rows
+from benchmarks.described import CONSOLE, described, scores_of, show_rows
 from workers.geometry.arrays import FloatArray
 from workers.retrieval.model import Model
 from workers.storage.shipped_models import shipped_model
-from workers.training.bank_shapes import BankShapes
+from workers.training.bank_shapes import BankShapes, of_channels
 from workers.training.candidates import candidate_model
 
 

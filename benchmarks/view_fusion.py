@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.described import described, of_channels, show_rows
+from benchmarks.described import described, show_rows
 from workers.geometry.arrays import FloatArray
 from workers.geometry.views import named_view
 from workers.retrieval.model import Model
@@ -19,7 +19,7 @@ from workers.retrieval.query_weights import weighted_for
 from workers.retrieval.scan import distances, rerank
 from workers.storage.shipped_models import shipped_model
 from workers.training.bank import POWER
-from workers.training.bank_shapes import BankShapes
+from workers.training.bank_shapes import BankShapes, of_channels
 from workers.training.candidates import candidate_model
 
 POWERS = (1.0, 0.7, 0.5, 0.35, 0.25)

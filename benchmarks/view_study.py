@@ -16,14 +16,19 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.described import described, of_channels, scores_of, show_rows
+from benchmarks.described import described, scores_of, show_rows
 from workers.geometry.arrays import Float32Array
 from workers.geometry.views import Step, View, named_view
 from workers.retrieval.channels import AreaChannel, LogDiagonalChannel, Quantiles
 from workers.retrieval.model import Model
 from workers.storage.shipped_models import shipped_model
 from workers.training.bank import POWER
-from workers.training.bank_shapes import BankShapes, dissimilarities, typical_scales
+from workers.training.bank_shapes import (
+    BankShapes,
+    dissimilarities,
+    of_channels,
+    typical_scales,
+)
 from workers.training.candidates import QUANTILE_LEVELS, candidate_model
 
 WEIGHT_OF_POINTS = 20.0

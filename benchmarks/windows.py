@@ -9,130 +9,88 @@ With ``--measure`` creatures of the other species are searched for, which nothin
 import argparse
 import json
 import pickle
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from concurrent.futures import ProcessPoolExecutor
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from rich.progress import track
 
 from proteus.terminal.output import Output
 from proteus.terminal.tables import make_table
 from workers.creatures import TESTED_SPECIES, TRAINING_SPECIES, make_creature
 from workers.errors import ProteusError
-from workers.geometry.arrays import Float32Array, FloatArray, IntArray
-from workers.geometry.cleaning import clean
-from workers.geometry.solution import Solver
+from workers.geometry.arrays import FloatArray
 from workers.geometry.views import window_view
-from workers.retrieval.model import Model, describe
-from workers.retrieval.scan import distances, rerank
-from workers.retrieval.windows.closely import NEAREST, compare_closely
-from workers.retrieval.windows.evidence import Evidence, WindowQuery
+from workers.retrieval.windows.closely import compare_closely
 from workers.retrieval.windows.matching import WindowMatching
-from workers.retrieval.windows.rows import write_row
-from workers.retrieval.windows.signature import (
-    Signature,
-    query_signature,
-    stored_signature,
-    window_surface,
-)
-from workers.retrieval.windows.whitening import Whitening, learn_whitening
+from workers.retrieval.windows.whitening import learn_whitening
 from workers.storage.shipped_models import FOLDER, shipped_model, shipped_report, write_shipped
+from workers.training.bank_shapes import BankShapes, search_distances
+from workers.training.chosen_windows import COPIES as TAUGHT
+from workers.training.examples import Variant
+from workers.training.ranking_loss import ranks_among
 from workers.training.sources import CreatureSource, Posing, Simulation, load_creature, simulate
-from workers.training.window_pairs import FINE_VERTICES, WindowPairs, creature_pairs
-from workers.training.window_trust import WindowQueries, learn_trust, window_impostors
+from workers.training.window_pairs import WindowPairs, creature_pairs, fine_vertices
+from workers.training.window_shapes import Arrays, WindowShapes, described_mesh
+from workers.training.windows import (
+    cross_validated,
+    folds_of,
+    learn_windows,
+    windows_report,
+)
 
 VERTICES = 4000
+FINE_VERTICES = fine_vertices(window_view())
 INDIVIDUALS = 4
 ASKED = 2
 """Of the individuals of a species so many are asked for."""
 
-COPIES: tuple[tuple[str, tuple[int, ...]], ...] = (
-    ("isometry", (2, 4)),
-    ("topology", (2, 4)),
-    ("holes", (2, 4)),
-    ("micro-holes", (3,)),
-    ("local-scale", (1, 3, 5)),
-    ("sampling", (1, 3, 5)),
-    ("noise", (2, 4)),
-    ("shot-noise", (3,)),
-    ("partial", (1, 2, 3, 4, 5)),
-    ("all", (1, 3, 5)),
-    ("view", (1, 3, 5)),
-    ("scan", (1, 3, 5)),
-)
-"""Transformations and strengths of the copies."""
-
-FOLDS = 3
-"""Of the species, in the cross-validation."""
-
 NOT_LEARNED_FROM = ("scan",)
-"""Windows of scans mostly fail (docs/method.md). Learning from them taught distrust of all parts.
-Measured once: parts of strength 4 fell from 92 to 86 per cent on held-out species of training."""
+
+COPIES = (*TAUGHT, ("scan", (1, 3, 5)))
+"""Transformations and strengths of the copies; scans are measured, but not learned from."""
 
 
-@dataclass(frozen=True)
-class Job:
-    """A creature as it is, or a copy of it."""
-
-    species: str
-    individual: int
-    uneven: bool
-    transformation: str = ""
-    strength: int = 0
-
-
-@dataclass(frozen=True, eq=False)
-class Described:
-    """What is known of one mesh: its descriptor, and its row or, of a copy, its signature."""
-
-    job: Job
-    vector: Float32Array
-    row: NDArray[np.uint8] | None
-    signature: Signature | None
-
-
-def jobs_of(species: Sequence[str]) -> list[Job]:
+def variants_of(species: Sequence[str]) -> list[Variant]:
     """Return all individuals, then copies of the first two of each in turn."""
-    found = [
-        Job(name, individual, uneven=place % 2 == 1)
-        for place, name in enumerate(species)
-        for individual in range(INDIVIDUALS)
-    ]
+    model, view = shipped_model(), window_view()
+    found: list[Variant] = []
     for place, name in enumerate(species):
+        for individual in range(INDIVIDUALS):
+            source = CreatureSource(name, individual, VERTICES, uneven=place % 2 == 1)
+            number, item = len(found), f"{name} {individual}"
+            found.append(
+                Variant(number, item, source, name, False, number, None, model.views, view)
+            )
+    for place in range(len(species)):
         for number, (transformation, strengths) in enumerate(COPIES):
             for turn, strength in enumerate(strengths):
                 individual = (place + number + turn) % ASKED
-                found.append(Job(name, individual, place % 2 == 1, transformation, strength))
+                shape = found[INDIVIDUALS * place + individual]
+                pose = 100 + individual + strength
+                change = Simulation(transformation, strength, seed=1000 + pose, pose=pose)
+                item = f"{shape.item} {transformation} {strength}"
+                found.append(replace(shape, number=len(found), item=item, change=change))
     return found
 
 
-def described(job: Job) -> Described | str:
-    """Make a mesh and describe it; a mesh that cannot be made is named with the reason."""
-    model, view = shipped_model(), window_view()
-    source = CreatureSource(job.species, job.individual, VERTICES, uneven=job.uneven)
+def described(payload: dict[str, Any]) -> Arrays | str:
+    """Make a variant and describe it; one that cannot be made is named with the reason."""
+    variant = Variant.from_payload(payload)
+    source, change = variant.source, variant.change
+    if not isinstance(source, CreatureSource):
+        raise TypeError(f"{variant.item} is no creature")
     mesh = load_creature(source).rest
     try:
-        if job.transformation:
-            pose = 100 + job.individual + job.strength
-            change = Simulation(job.transformation, job.strength, seed=1000 + pose, pose=pose)
+        if change is not None:
             mesh = simulate(mesh, source, change, posing=Posing.FULL).mesh
-        mesh = clean(mesh).mesh
-        solver = Solver(mesh)
-        vector = describe({one.name: solver.under(one) for one in model.views}, model)
-        surface = window_surface(
-            solver.prepared(view), n_vertices=mesh.n_vertices, for_query=bool(job.transformation)
-        )
-        if job.transformation:
-            arrays = query_signature(surface).to_arrays()
-            return Described(job, vector, None, Signature.from_arrays(arrays))
-        row = np.frombuffer(write_row(stored_signature(surface)), dtype=np.uint8)
-        return Described(job, vector, row, None)
+        is_copy = change is not None
+        return described_mesh(mesh, shipped_model(), windows=variant.windows, is_copy=is_copy)
     except ProteusError as error:
-        return f"{job}: {error}"
+        return f"{variant.item}: {error}"
 
 
 def pairs(species: str) -> WindowPairs:
@@ -142,112 +100,46 @@ def pairs(species: str) -> WindowPairs:
     return creature_pairs(creature, window_view(), rng=rng)
 
 
-def learned_whitening(processes: int) -> Whitening:
-    """Learn from one creature of each species that banks are trained on."""
+def all_pairs(processes: int) -> WindowPairs:
+    """Corresponding points of one creature of each species that banks are trained on."""
     with ProcessPoolExecutor(processes) as pool:
         running = pool.map(pairs, TRAINING_SPECIES)
-        found = list(track(running, "pairs", total=len(TRAINING_SPECIES)))
-    return learn_whitening(
-        np.concatenate([one.differences for one in found]),
-        np.concatenate([one.one for one in found]),
-        np.concatenate([one.other for one in found]),
+        return WindowPairs.joined(list(track(running, "pairs", total=len(TRAINING_SPECIES))))
+
+
+def all_described(species: Sequence[str], processes: int) -> list[Arrays | str]:
+    """Describe all creatures and copies of some species, or say why not."""
+    payloads = [variant.to_payload() for variant in variants_of(species)]
+    with ProcessPoolExecutor(processes) as pool:
+        running = pool.map(described, payloads, chunksize=2)
+        return list(track(running, "creatures", total=len(payloads)))
+
+
+def arranged(species: Sequence[str], found: Sequence[Arrays | str]) -> WindowShapes:
+    """Shapes and copies that could be described; the others are named."""
+    there = []
+    for variant, one in zip(variants_of(species), found, strict=True):
+        if isinstance(one, str):
+            Output().say(one)
+        else:
+            there.append((variant, one))
+    return WindowShapes.of([variant for variant, _ in there], [arrays for _, arrays in there])
+
+
+def searched(shapes: WindowShapes, near: FloatArray, matching: WindowMatching) -> FloatArray:
+    """Distances (q, g) as a search has them."""
+    return np.array(
+        [
+            compare_closely(one, matching, row, lambda places: places, shapes.fetch)[0]
+            for one, row in zip(shapes.signatures, near, strict=True)
+        ]
     )
 
 
-def all_described(species: Sequence[str], processes: int) -> list[Described]:
-    """Describe all creatures and copies of some species."""
-    jobs = jobs_of(species)
-    with ProcessPoolExecutor(processes) as pool:
-        found = list(track(pool.map(described, jobs, chunksize=2), "creatures", total=len(jobs)))
-    for one in found:
-        if isinstance(one, str):
-            Output().say(one)
-    return [one for one in found if isinstance(one, Described)]
-
-
-@dataclass(frozen=True, eq=False)
-class Set:
-    """Targets and queries, with the bank's distances."""
-
-    rows: NDArray[np.uint8]
-    queries: tuple[Described, ...]
-    distances: FloatArray
-    truth: tuple[int, ...]
-
-    @classmethod
-    def of(cls, found: Sequence[Described], model: Model) -> "Set":
-        """Scan for every copy."""
-        targets = [one for one in found if one.row is not None]
-        queries = tuple(one for one in found if one.signature is not None)
-        place = {(one.job.species, one.job.individual): i for i, one in enumerate(targets)}
-        matrix = np.array([one.vector for one in targets])
-        near = [_scanned(one.vector, matrix, model) for one in queries]
-        truth = tuple(place[one.job.species, one.job.individual] for one in queries)
-        rows = np.array([one.row for one in targets if one.row is not None])
-        return cls(rows, queries, np.array(near), truth)
-
-    def known(self, whitening: Whitening) -> WindowQueries:
-        """Compare every query with its candidates."""
-        found = []
-        for one, near in track(self._each(), "comparing", total=len(self.queries)):
-            evidence = self._evidence(one, near, whitening)
-            found.append((one, near, evidence))
-        names = [one.job.transformation for one in self.queries]
-        return WindowQueries.of(found, self.truth, names)
-
-    def _each(self) -> Iterator[tuple[Signature, FloatArray]]:
-        for one, near in zip(self.queries, self.distances, strict=True):
-            if one.signature is not None:
-                yield one.signature, near
-
-    def _evidence(self, query: Signature, near: FloatArray, whitening: Whitening) -> Evidence:
-        everything = np.arange(len(near))
-        nearest = np.sort(np.argsort(near, kind="stable")[:NEAREST])
-        return WindowQuery(query, whitening).evidence(nearest, everything, self._fetch)
-
-    def _fetch(self, rows: IntArray, n_bytes: int) -> NDArray[np.uint8]:
-        fetched: NDArray[np.uint8] = self.rows[rows, : n_bytes or None]
-        return fetched
-
-    def reciprocal_ranks(self, fused: FloatArray) -> FloatArray:
-        """1 / rank of the truth of every query, (q,)."""
-        own = fused[np.arange(len(self.truth)), list(self.truth)]
-        ranks = 1 + (fused < own[:, None]).sum(axis=1)
-        reciprocal: FloatArray = 1.0 / ranks
-        return reciprocal
-
-    def searched(self, matching: WindowMatching) -> FloatArray:
-        """Distances (q, n) as a search has them."""
-        return np.array(
-            [
-                compare_closely(one, matching, near, lambda places: places, self._fetch)[0]
-                for one, near in self._each()
-            ]
-        )
-
-
-def cross_validated(one: Set, known: WindowQueries) -> FloatArray:
-    """Distances (q, n) under a trust that was learned from other species than the query's."""
-    species = np.array([query.job.species for query in one.queries])
-    learned = ~np.isin(np.array(known.transformations), NOT_LEARNED_FROM)
-    fused = np.empty_like(known.distances)
-    names = sorted(set(species.tolist()))
-    for fold in track(range(FOLDS), "cross-validation"):
-        held_out = np.isin(species, names[fold::FOLDS])
-        trust = learn_trust(known.only(learned & ~held_out))
-        fused[held_out] = known.only(held_out).fused(trust)[0]
-    return fused
-
-
-def _scanned(query: Float32Array, matrix: Float32Array, model: Model) -> FloatArray:
-    near = distances(query, matrix, model)
-    return rerank(query, lambda places: matrix[places], near, model)
-
-
-def show(one: Set, fused: FloatArray) -> None:
+def show(shapes: BankShapes, near: FloatArray, fused: FloatArray) -> None:
     """Print a row for each transformation and strength: the bank alone, and all evidence."""
-    before, after = one.reciprocal_ranks(one.distances), one.reciprocal_ranks(fused)
-    names = [(query.job.transformation, query.job.strength) for query in one.queries]
+    before, after = (1.0 / ranks_among(one, shapes.truth) for one in (near, fused))
+    names = list(zip(shapes.transformations, shapes.strengths, strict=True))
     rows = []
     means = []
     for transformation, strengths in COPIES:
@@ -288,32 +180,33 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument("--out", type=Path, default=FOLDER)
     options = parser.parse_args(arguments)
     model = shipped_model()
-    whitening: Whitening = _kept(
-        options.cache, "whitening", lambda: learned_whitening(options.processes)
-    )
+    points: WindowPairs = _kept(options.cache, "pairs", lambda: all_pairs(options.processes))
+    whitening = learn_whitening(points.differences, points.one, points.other)
     training = _kept(
-        options.cache, "training", lambda: all_described(TRAINING_SPECIES, options.processes)
+        options.cache, "taught", lambda: all_described(TRAINING_SPECIES, options.processes)
     )
-    of_training = Set.of(training, model)
-    known = of_training.known(whitening)
-    names = np.array(known.transformations)
-    learned_from = known.only(~np.isin(names, NOT_LEARNED_FROM))
-    trust = learn_trust(learned_from)
-    quantiles = window_impostors(learned_from, trust)
-    matching = WindowMatching(window_view(), whitening, trust, quantiles)
-    matching = WindowMatching.from_json(matching.to_json())
-    Output().say(json.dumps(trust.to_json()))
-    show(of_training, cross_validated(of_training, known))
+    shapes = arranged(TRAINING_SPECIES, training)
+    near = search_distances(shapes.bank, model)
+    Output().say("comparing")
+    known = shapes.compared(near, whitening)
+    taught = ~np.isin(known.transformations, NOT_LEARNED_FROM)
+    learned_from = known.only(taught)
+    matching = learn_windows(learned_from, whitening, window_view())
+    Output().say(json.dumps(matching.trust.to_json()))
+    show(shapes.bank, near, cross_validated(known, folds_of(shapes.bank.query_groups), taught))
     if options.write:
+        found = windows_report(learned_from, shapes.bank.only(taught))
+        report = {"learned": True, "n_pairs": len(points.differences), **found}
         written = replace(model, windows=matching)
-        write_shipped(written.to_json(), shipped_report(), options.out)
+        write_shipped(written.to_json(), {**shipped_report(), "windows": report}, options.out)
     if not options.measure:
         return
     tested = _kept(
-        options.cache, "tested", lambda: all_described(TESTED_SPECIES, options.processes)
+        options.cache, "others", lambda: all_described(TESTED_SPECIES, options.processes)
     )
-    of_tested = Set.of(tested, model)
-    show(of_tested, of_tested.searched(matching))
+    others = arranged(TESTED_SPECIES, tested)
+    near = search_distances(others.bank, model)
+    show(others.bank, near, searched(others, near, matching))
 
 
 if __name__ == "__main__":

@@ -1,7 +1,9 @@
 """The report of a bank's training, as tables."""
 
+from collections.abc import Mapping
 from typing import Any
 
+from rich.markup import escape
 from rich.table import Table
 
 from proteus.client import Document
@@ -17,22 +19,34 @@ FACTS = {
     "share_that_sees_scale": "weight of channels that see scale",
 }
 PARTS = {"training": "learned from", "held_out": "held out"}
+OF_WINDOWS = {"bank": "bank alone", "with_windows": "with windows"}
 
 
 def show_bank(output: Output, model: Document) -> None:
     """Show a bank's channels, and the report of its training."""
     report = model["training"]
     output.console.print(facts_table({FACTS[key]: report.get(key) for key in FACTS}))
-    output.console.print(rows_table(report["rows"]))
+    output.console.print(rows_table(report["rows"], PARTS))
     output.console.print(channels_table(model["channels"], report["ablation"]))
     if report["similarity"]:
         output.console.print(similarity_table(report["similarity"]))
+    if "windows" in report:
+        _show_windows(output, report["windows"])
 
 
-def rows_table(rows: Document) -> Table:
-    """Return mean average precision by transformation, of groups learned from and held out."""
-    parts = [part for part in PARTS if part in rows]
-    headings = [PARTS[part] for part in parts]
+def _show_windows(output: Output, report: Document) -> None:
+    """Show what windows add on groups not learned from, or why they were not learned."""
+    if report["learned"]:
+        output.console.print(rows_table(report["rows"], OF_WINDOWS))
+    else:
+        reason = escape(report["reason"])
+        output.console.print(f"windows are compared as the model proteus does: {reason}")
+
+
+def rows_table(rows: Document, names: Mapping[str, str]) -> Table:
+    """Return mean average precision by transformation, a column for each name that has rows."""
+    parts = [part for part in names if part in rows]
+    headings = [names[part] for part in parts]
     title = "copies that find their shape, mean average precision in per cent"
     table = make_table("transformation", *headings, title=title, numbers=headings)
     for transformation in rows[parts[0]]["map"]:

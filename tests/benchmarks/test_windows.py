@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from benchmarks import windows
-from workers.storage.shipped_models import shipped_model
+from workers.storage.shipped_models import shipped_model, shipped_report
 
 SPECIES = ("cow", "octopus", "chair", "worm")
 
@@ -17,7 +17,6 @@ def small(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(windows, "COPIES", (("partial", (3,)), ("isometry", (2,))))
     monkeypatch.setattr(windows, "INDIVIDUALS", 1)
     monkeypatch.setattr(windows, "ASKED", 1)
-    monkeypatch.setattr(windows, "FOLDS", 2)
     monkeypatch.setattr(windows, "VERTICES", 2000)
     monkeypatch.setattr(windows, "FINE_VERTICES", 3000)
 
@@ -35,6 +34,10 @@ def test_what_is_learned_is_written_into_the_model(
     assert learned.windows is not None
     assert learned.windows.impostor_quantiles
     assert learned.windows != shipped.windows
+    report = shipped_report(out)["windows"]
+    assert report["learned"]
+    assert (report["n_shapes"], report["n_copies"]) == (4, 8)
+    assert f"{report['rows']['with_windows']['map']['partial']:.1f}" in printed
     again = tmp_path / "again"
     windows.main(["--cache", str(cache), "--write", "--out", str(again)])
     files = [folder / "proteus.json" for folder in (out, again)]

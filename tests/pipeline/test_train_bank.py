@@ -26,8 +26,8 @@ from workers.errors import (
     InvalidRequestError,
     ProteusError,
 )
-from workers.geometry.arrays import Float32Array
 from workers.pipeline.outcome import Verb
+from workers.pipeline.training.results import Arrays
 from workers.pipeline.training.variant import compute_variant, describe_variant
 from workers.pipeline.verbs import VERBS
 from workers.pipeline.work import run_part
@@ -47,14 +47,14 @@ N_VARIANTS = 4 + 4 * 2
 CREATURES = TrainingRequest(transformations=("scale", "noise"), strengths=(2,), creatures=4)
 
 
-def described(bench: Workbench, variant: Variant) -> Float32Array:
-    """The descriptor of a variant, solved once for all trainings but that in another order."""
-    if variant.key not in DESCRIPTORS:
-        DESCRIPTORS[variant.key] = describe_variant(bench, variant)
-    return DESCRIPTORS[variant.key]
+def described(bench: Workbench, variant: Variant) -> Arrays:
+    """What is computed of a variant, once for all trainings but that in another order."""
+    if variant.key not in COMPUTED:
+        COMPUTED[variant.key] = describe_variant(bench, variant)
+    return COMPUTED[variant.key]
 
 
-DESCRIPTORS: dict[str, Float32Array] = {}
+COMPUTED: dict[str, Arrays] = {}
 QUICK: Mapping[str, Verb] = {**VERBS, "variant": partial(compute_variant, compute=described)}
 """All verbs; what is computed again costs nothing, and is stored and counted as before."""
 
@@ -88,7 +88,7 @@ def forget_variants(bench: Workbench) -> None:
 def failing(error: Exception, *words: str) -> Mapping[str, Verb]:
     """Verbs with which the variants fail whose name has one of these words."""
 
-    def fail(bench: Workbench, variant: Variant) -> Float32Array:
+    def fail(bench: Workbench, variant: Variant) -> Arrays:
         if any(word in variant.item for word in words):
             raise error
         return described(bench, variant)

@@ -6,8 +6,10 @@ from collections.abc import Callable
 import pytest
 from typer.testing import CliRunner, Result
 
+from proteus.cli.bank import show_bank
 from proteus.cli.program import app
 from proteus.client import Document
+from proteus.terminal.output import Output
 from tests.meshes import bumpy_sphere, scaled
 from tests.proteus.conftest import Run
 from tests.proteus.real_service import RealService
@@ -52,7 +54,9 @@ def shown_figures(model: Document) -> list[str]:
         means = [f"{row['mean']:.1f}" for row in rows]
         maps = [f"{value:.1f}" for row in rows for value in row["map"].values()]
         weights = [f"{channel['weight']:.3f}" for channel in model["channels"]]
-        return [*means, *maps, *weights, str(report["n_references"]), str(report["n_queries"])]
+        counts = [str(report["n_references"]), str(report["n_queries"])]
+        reason = report["windows"]["reason"].split()  # too few shapes: lines may be broken anywhere
+        return [*means, *maps, *weights, *counts, *reason]
     criteria = [value for part in report["criterion"].values() if part for value in part.values()]
     low, high = report["trained_range"]
     shown = [report["heat_time"], report["slope"], report["n_pairs"]]
@@ -152,3 +156,20 @@ def test_shapes_that_a_model_cannot_describe_are_named(run: Run, service: RealSe
     assert "tiny.off" in shown
     assert "eigenvalues" in shown
     assert "ball.off" not in shown
+
+
+def test_what_windows_add_is_shown(capsys: pytest.CaptureFixture[str]) -> None:
+    rows = {
+        "bank": {"map": {"partial": 51.25}, "mean": 51.25, "interval": None},
+        "with_windows": {"map": {"partial": 87.5}, "mean": 87.5, "interval": [80.0, 95.5]},
+    }
+    report = {
+        "rows": {"training": rows["bank"]},
+        "ablation": [],
+        "similarity": [],
+        "windows": {"learned": True, "rows": rows},
+    }
+    show_bank(Output(), {"training": report, "channels": []})
+    shown = capsys.readouterr().out
+    for text in ("bank alone", "with windows", "51.2", "87.5", "80.0 to 95.5"):
+        assert text in shown

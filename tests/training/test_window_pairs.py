@@ -7,10 +7,22 @@ import pytest
 
 from tests.meshes import bumpy_sphere, renumbered, rotated
 from workers.creatures import Creature, make_creature
+from workers.errors import InvalidMeshError
+from workers.geometry.mesh import TriangleMesh
 from workers.geometry.views import View, window_view
 from workers.retrieval.windows.signature import KINDS, LOST, STORED_POINTS, WHOLE
 from workers.retrieval.windows.whitening import learn_whitening
-from workers.training.window_pairs import COPIES, creature_pairs, window_pairs
+from workers.training import window_pairs as module
+from workers.training.sources import CreatureSource, StoredSource, load_creature
+from workers.training.window_pairs import (
+    COPIES,
+    WindowPairs,
+    creature_pairs,
+    fine_vertices,
+    mesh_pairs,
+    paired_points,
+    window_pairs,
+)
 from workers.transformations import transform
 
 AS_IT_IS = View("plain", ())
@@ -88,3 +100,58 @@ def test_pairs_of_a_creature_teach_a_whitening() -> None:
     assert np.isfinite(whitening.whole).all()
     spread = np.std(one.differences[:, 0] @ whitening.whole[0], axis=0)
     assert (spread > 0.5).all()
+
+
+@pytest.mark.parametrize("subdivisions", [2, 4, 5])  # 162, 2,562 and 10,242 vertices
+def test_a_mesh_without_poses_is_bent_whatever_size_it_has(subdivisions: int) -> None:
+    mesh = bumpy_sphere(subdivisions, 1)
+    one, other = (mesh_pairs(mesh, SMALL, rng=np.random.default_rng(1)) for _ in range(2))
+    assert np.array_equal(one.differences, other.differences)
+    assert 0.3 * len(COPIES) * STORED_POINTS < len(one.differences)
+    assert np.median(np.abs(one.differences)) > 1e-3  # meshed otherwise, even where nothing moved
+
+
+def test_shapes_are_finer_than_their_working_meshes() -> None:
+    assert fine_vertices(window_view()) == 14_000
+    assert fine_vertices(window_view(working_vertices=100)) == 2_000
+    assert fine_vertices(window_view(working_vertices=10_000)) == 20_000
+
+
+def test_the_source_decides_what_is_drawn() -> None:
+    creature = CreatureSource("cow", 1, 2000, uneven=True)
+    even = CreatureSource("cow", 1, fine_vertices(SMALL))
+    mesh = load_creature(creature).rest
+    one, same = (paired_points(source, mesh, SMALL) for source in (creature, creature))
+    assert np.array_equal(one.differences, same.differences)
+    rng = np.random.default_rng(5)
+    assert len(one.differences) == pytest.approx(
+        len(creature_pairs(load_creature(even), SMALL, rng=rng).differences), rel=0.1
+    )
+    stored, other = (
+        paired_points(StoredSource(digest * 64, "cow.off"), mesh, SMALL) for digest in "ab"
+    )
+    assert len(stored.differences) > 0.3 * len(COPIES) * STORED_POINTS
+    assert not np.array_equal(stored.differences[:100], other.differences[:100])
+
+
+def test_a_copy_that_leaves_no_mesh_is_left_out(monkeypatch: pytest.MonkeyPatch) -> None:
+    def fail_one(shape: TriangleMesh, copy: TriangleMesh, *rest: object) -> WindowPairs:
+        if copy.area < 0.5 * shape.area:  # of the strength 5
+            raise InvalidMeshError("it is too thin")
+        return window_pairs(shape, copy, *rest)  # type: ignore[arg-type]
+
+    every = creature_pairs(cow(), SMALL, rng=np.random.default_rng(1))
+    monkeypatch.setattr(module, "window_pairs", fail_one)
+    fewer = creature_pairs(cow(), SMALL, rng=np.random.default_rng(1))
+    assert 0 < len(fewer.differences) < len(every.differences)
+    assert np.array_equal(every.differences[: len(fewer.differences)], fewer.differences)
+
+
+def test_pairs_of_none_are_none() -> None:
+    none = WindowPairs.joined([])
+    assert none.differences.shape == (0, KINDS, 7)
+    pairs = creature_pairs(cow(), SMALL, rng=np.random.default_rng(1))
+    again = WindowPairs.from_arrays({**pairs.to_arrays(), "descriptor": np.zeros(3)})
+    both = WindowPairs.joined([again, none])
+    assert np.array_equal(both.differences, pairs.differences)
+    assert np.array_equal(both.other, pairs.other)

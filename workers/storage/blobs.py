@@ -156,7 +156,7 @@ def ranking_key(evaluation_id: str, digest: str, number: int, start: int) -> str
 
 
 def training_key(kind: str, digest: str) -> str:
-    """Key of what a training keeps of a pair (its moments) or a variant (its descriptor).
+    """Key of what a training keeps of a pair (its moments) or a variant (descriptor, windows).
 
     Parameters
     ----------

@@ -1,6 +1,6 @@
 """A bank: several local kernels, chosen and weighted so that a copy is nearest to its own shape."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -19,7 +19,7 @@ from workers.training.bank_shapes import (
     typical_scales,
 )
 from workers.training.elimination import choose, eliminate
-from workers.training.ranking_loss import learn_weights
+from workers.training.ranking_loss import RankingTerms, learn_weights
 
 BANK_VERSION = "4"
 """Part of a bank's versions: raised when the same descriptors give another bank."""
@@ -72,10 +72,21 @@ class BankOptions:
 
 @dataclass(frozen=True, eq=False)
 class TrainedBank:
-    """The model, and what was found on the way to it, as JSON."""
+    """The model, and what was found on the way to it.
+
+    Attributes
+    ----------
+    model : Model
+    report : Mapping
+        Plain JSON.
+    relearned : callable
+        From some of the queries, (q,) bool, to the model with weights learned on them alone. Its
+        channels are chosen from the same ones. It is not calibrated.
+    """
 
     model: Model
     report: Mapping[str, Any]
+    relearned: Callable[[BoolArray], Model]
 
 
 def train_bank(
@@ -133,8 +144,12 @@ def train_bank(
     stages = eliminate(training, validation)
     stage = choose(stages, most=options.channels, share=TOLERATED_SHARE, least_nats=TOLERATED_NATS)
     chosen = terms.channels(stage.channels)
-    weights = rounded_weights(learn_weights(chosen, stage.weights))
-    model = _bank(name, candidates, options, weights, scales, useful[stage.channels])
+
+    def weighted(terms: RankingTerms) -> tuple[FloatArray, Model]:
+        weights = rounded_weights(learn_weights(terms, stage.weights))
+        return weights, _bank(name, candidates, options, weights, scales, useful[stage.channels])
+
+    weights, model = weighted(chosen)
     model = replace(
         model,
         parameters=parameters,
@@ -143,7 +158,11 @@ def train_bank(
     )
     names = [candidates.channels[number].name for number in useful]
     report = bank_report(shapes, terms, stages, stage, held_out, names)
-    return TrainedBank(model, {**report, "share_that_sees_scale": round(seen_scale(model), 4)})
+    return TrainedBank(
+        model,
+        {**report, "share_that_sees_scale": round(seen_scale(model), 4)},
+        lambda some: weighted(chosen.queries(np.flatnonzero(some)))[1],
+    )
 
 
 def held_out_queries(shapes: BankShapes) -> BoolArray:

@@ -95,10 +95,31 @@ def rows(
     dict
         Plain JSON, in per cent.
     """
-    scores = 100.0 / ranks(terms, weights)
-    transformations = np.array(shapes.transformations)[which]
+    transformations = np.array(shapes.transformations)[which].tolist()
+    return scored_rows(100.0 / ranks(terms, weights), transformations, terms.truth)
+
+
+def scored_rows(
+    scores: FloatArray, transformations: Sequence[str], truth: IntArray
+) -> dict[str, Any]:
+    """Mean score by transformation, their mean, and its interval over shapes.
+
+    Parameters
+    ----------
+    scores : (q,) float64
+        Of each query, in per cent.
+    transformations : sequence of str
+        Of each query.
+    truth : (q,) int64
+        The shape that each is a copy of.
+
+    Returns
+    -------
+    dict
+        Plain JSON, in per cent.
+    """
     names, row = np.unique(transformations, return_inverse=True)
-    means = mean_of_rows(scores, row, terms.truth, seed=BOOTSTRAP_SEED)
+    means = mean_of_rows(scores, row, truth, seed=BOOTSTRAP_SEED)
     mean = interval(float(means.values[0]), means.samples[0])
     return {
         "map": {

@@ -14,6 +14,7 @@ from workers.geometry.arrays import (
 )
 from workers.retrieval.model import Model
 from workers.retrieval.query_weights import kept_shares
+from workers.retrieval.scan import distances, rerank
 from workers.training.ranking_loss import RankingTerms
 
 
@@ -69,6 +70,27 @@ class BankShapes:
         """Group of each query's reference."""
         return tuple(self.groups[reference] for reference in self.truth)
 
+    def only(self, chosen: BoolArray) -> "BankShapes":
+        """Some of the queries, and all references.
+
+        Parameters
+        ----------
+        chosen : (q,) bool
+            Which.
+
+        Returns
+        -------
+        BankShapes
+        """
+        places = np.flatnonzero(chosen).tolist()
+        return replace(
+            self,
+            queries=self.queries[chosen],
+            truth=self.truth[chosen],
+            transformations=tuple(self.transformations[place] for place in places),
+            strengths=tuple(self.strengths[place] for place in places),
+        )
+
     @property
     def excluded(self) -> BoolArray:
         """Whether a reference is no impostor of a query though it is not its own, (q, g)."""
@@ -83,6 +105,49 @@ class BankShapes:
         """Share of each query, (q,): every transformation has the same, and in it every query."""
         _, row, counts = np.unique(self.transformations, return_inverse=True, return_counts=True)
         return 1.0 / (counts[row] * len(counts))
+
+
+def of_channels(shapes: BankShapes, model: Model, fewer: Model) -> BankShapes:
+    """Shapes that were described under a model, under one that has some of its channels.
+
+    Parameters
+    ----------
+    shapes : BankShapes
+        Described under ``model``.
+    model, fewer : Model
+        ``fewer`` has no channel that ``model`` lacks.
+
+    Returns
+    -------
+    BankShapes
+        Described under ``fewer``.
+    """
+    every = np.arange(model.dimension)
+    chosen = np.concatenate([every[model.slices[channel.name]] for channel in fewer.entries])
+    return replace(
+        shapes, references=shapes.references[:, chosen], queries=shapes.queries[:, chosen]
+    )
+
+
+def search_distances(shapes: BankShapes, model: Model) -> FloatArray:
+    """Distances from every query to every reference, as a search under a model has them.
+
+    Parameters
+    ----------
+    shapes : BankShapes
+        Described under ``model``.
+    model : Model
+        Ready to search with.
+
+    Returns
+    -------
+    (q, g) float64, infinite to references that are no impostors though not the query's own
+    """
+    found = np.empty((len(shapes.queries), len(shapes.references)))
+    for place, query in enumerate(shapes.queries):
+        scanned = distances(query, shapes.references, model)
+        found[place] = rerank(query, lambda rows: shapes.references[rows], scanned, model)
+    return np.where(shapes.excluded, np.inf, found)
 
 
 def dissimilarities(shapes: BankShapes, candidates: Model) -> Float32Array:

@@ -5,7 +5,8 @@ from dataclasses import replace
 
 from workers.creatures import TRAINING_SPECIES
 from workers.errors import InsufficientTrainingDataError, InvalidRequestError
-from workers.geometry.views import View
+from workers.geometry.views import View, window_view
+from workers.training.chosen_windows import window_variants
 from workers.training.examples import Variant
 from workers.training.request import (
     MOST_SHAPES,
@@ -70,7 +71,8 @@ def variants_of(
     Returns
     -------
     list of Variant
-        Each shape, numbered from 0, and its copies after it.
+        Each shape, numbered from 0, and its copies after it. Then those that windows are learned
+        from, see `window_variants`.
 
     Raises
     ------
@@ -108,7 +110,8 @@ def variants_of(
             f"for, which are {comparisons} comparisons, expected at most {MOST_COMPARISONS}; take "
             "fewer shapes, transformations or strengths"
         )
-    return variants
+    view = window_view(working_vertices=working_vertices)
+    return [*variants, *window_variants(variants, request, view)]
 
 
 def _creatures(

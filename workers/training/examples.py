@@ -10,6 +10,7 @@ from typing import Any, ClassVar, Self
 from workers.creatures import CREATURES_VERSION
 from workers.geometry.views import View
 from workers.retrieval.model import Model
+from workers.retrieval.windows.signature import WINDOWS_VERSION
 from workers.training.bank import POWER
 from workers.training.candidates import candidate_model
 from workers.training.correspondence import CORRESPONDENCE_VERSION
@@ -36,6 +37,9 @@ PAIR_VERSIONS: Mapping[str, str] = {
 
 VARIANT_VERSION = "2"
 """Part of the key of a variant's descriptor: raised when the same variant gets another one."""
+
+POINTS_VERSION = "1"
+"""Part of the key of a variant with windows: raised when it gets other pairs of points."""
 
 VARIANT_VERSIONS: Mapping[str, str] = {
     "creatures": CREATURES_VERSION,
@@ -173,6 +177,11 @@ class Variant(Example):
         None for the shape as it is.
     views : tuple of View
         Under which it is described.
+    windows : View or None
+        Under which its windows are taken, too. Then it is one that windows are learned from, and
+        the bank is not.
+    paired : bool
+        Whether points of it are paired with those of copies, as whitening is learned from.
     """
 
     kind = "variant"
@@ -182,6 +191,8 @@ class Variant(Example):
     reference: int
     change: Simulation | None
     views: tuple[View, ...]
+    windows: View | None = None
+    paired: bool = False
 
     @classmethod
     def from_payload(cls, payload: Mapping[str, Any]) -> Self:
@@ -196,7 +207,7 @@ class Variant(Example):
         -------
         Variant
         """
-        change = payload["change"]
+        change, windows = payload["change"], payload.get("windows")
         return cls(
             number=payload["number"],
             item=payload["item"],
@@ -206,6 +217,8 @@ class Variant(Example):
             source=source_from_json(payload["source"]),
             change=None if change is None else Simulation(**change),
             views=tuple(View.from_json(view) for view in payload["views"]),
+            windows=None if windows is None else View.from_json(windows),
+            paired=payload.get("paired", False),
         )
 
     @property
@@ -215,17 +228,18 @@ class Variant(Example):
 
     @property
     def key(self) -> str:
-        """Digest of all that the variant's descriptor depends on."""
+        """Digest of all that is computed of the variant."""
         candidates = self.candidates
-        return _digest(
-            {
-                "source": _to_json(self.source),
-                "change": _to_json(self.change),
-                "views": [view.key for view in self.views],
-                "channels": candidates.to_json()["channels"],
-                "versions": {**candidates.versions, **VARIANT_VERSIONS},
-            }
-        )
+        content = {
+            "source": _to_json(self.source),
+            "change": _to_json(self.change),
+            "views": [view.key for view in self.views],
+            "channels": candidates.to_json()["channels"],
+            "versions": {**candidates.versions, **VARIANT_VERSIONS},
+        }
+        if self.windows is not None:
+            content["windows"] = [self.windows.key, self.paired, WINDOWS_VERSION, POINTS_VERSION]
+        return _digest(content)
 
 
 def _to_json(value: Any) -> Any:

@@ -163,9 +163,25 @@ def ranks(terms: RankingTerms, weights: FloatArray) -> IntArray:
     -------
     (q,) int64, from 1; references at the same distance count as before it
     """
-    fused = terms.search_distances(weights)
-    own = np.take_along_axis(fused, terms.truth[:, None], axis=1)  # (q, 1)
-    places: IntArray = np.count_nonzero(fused <= own, axis=1).astype(np.int64)
+    return ranks_among(terms.search_distances(weights), terms.truth)
+
+
+def ranks_among(distances: FloatArray, truth: IntArray) -> IntArray:
+    """Rank of every query's own reference.
+
+    Parameters
+    ----------
+    distances : (q, g) float64
+        From every query to every reference.
+    truth : (q,) int64
+        Each query's own reference.
+
+    Returns
+    -------
+    (q,) int64, from 1; references at the same distance count as before it
+    """
+    own = np.take_along_axis(distances, truth[:, None], axis=1)  # (q, 1)
+    places: IntArray = np.count_nonzero(distances <= own, axis=1).astype(np.int64)
     return places
 
 

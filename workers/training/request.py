@@ -111,8 +111,8 @@ def simulations(request: TrainingRequest, shape: str, *, poses: bool) -> list[Si
         Simulation(
             name,
             strength,
-            seed=_seed(request.seed, shape),
-            pose=_seed(request.seed, shape, "pose", name, strength) if poses else None,
+            seed=seed_of(request.seed, shape),
+            pose=seed_of(request.seed, shape, "pose", name, strength) if poses else None,
         )
         for name in chosen
         for strength in sorted(set(request.strengths))
@@ -135,7 +135,18 @@ def creature_vertices(working_vertices: int) -> int:
     return min(MOST_VERTICES, max(FEWEST_VERTICES, working_vertices))
 
 
-def _seed(*content: object) -> int:
-    """Seed below 2³¹ that follows from some content."""
+def seed_of(*content: object) -> int:
+    """Seed that follows from some content.
+
+    Parameters
+    ----------
+    *content : object
+        The same texts have the same seed.
+
+    Returns
+    -------
+    int
+        Below 2³¹.
+    """
     text = "/".join(str(part) for part in content)
     return int.from_bytes(hashlib.sha256(text.encode()).digest()[:4], "little") >> 1

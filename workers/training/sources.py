@@ -23,6 +23,11 @@ class CreatureSource:
     vertices: int
     uneven: bool = False
 
+    @property
+    def identity(self) -> str:
+        """What seeds follow from: the individual, however it is meshed."""
+        return f"{self.species}/{self.seed}"
+
 
 @dataclass(frozen=True)
 class StoredSource:
@@ -30,6 +35,11 @@ class StoredSource:
 
     sha256: str
     name: str
+
+    @property
+    def identity(self) -> str:
+        """What seeds follow from: the content."""
+        return self.sha256
 
 
 Source: TypeAlias = CreatureSource | StoredSource

@@ -4,25 +4,37 @@ Both are simplified after the copy was changed, so that their meshes differ: oth
 corresponding points would agree better than those of two scans ever do (decision 0036).
 """
 
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, fields
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from workers.creatures import Creature
+from workers.creatures.individual import FEWEST_VERTICES, MOST_VERTICES
+from workers.errors import InvalidMeshError, SpectrumError
 from workers.geometry.arrays import FloatArray, IntArray, lengths
 from workers.geometry.mesh import TriangleMesh
+from workers.geometry.refinement import refine
 from workers.geometry.solution import Solver
 from workers.geometry.views import View
-from workers.retrieval.windows.signature import STORED_POINTS, signature_at, window_surface
+from workers.retrieval.windows.moments import NUMBERS
+from workers.retrieval.windows.signature import KINDS, STORED_POINTS, signature_at, window_surface
+from workers.training.request import seed_of
+from workers.training.sources import CreatureSource, Source, load_creature
 from workers.transformations import transform
+from workers.transformations.resampling import decimated
 
-FINE_VERTICES = 14_000
-"""Of the creatures: enough for their working meshes to be simplified."""
+FINER = 2.8
+"""Times the vertices of a working mesh that shapes have, so that these have to be simplified."""
 
 COPIES = ((10, 3), (11, 4), (12, 5))
-"""Poses of a creature, and how strongly the part is cut from each."""
+"""Poses of a shape, and how strongly the part is cut from each."""
+
+BENT = 3
+"""How strongly a shape without poses is bent: up to 55 degrees, as limbs of creatures are."""
 
 MOST_BUMPED = 0.003  # of √A: waves that change which edges a simplification takes
 _WAVES, _LENGTHS = 12, 25.0  # how many are added up, and radians over the size of the shape
@@ -45,6 +57,95 @@ class WindowPairs:
     one: NDArray[np.uint8]
     other: NDArray[np.uint8]
 
+    def to_arrays(self) -> dict[str, NDArray[Any]]:
+        """Return every field by its name.
+
+        Returns
+        -------
+        dict
+            `from_arrays` reads it.
+        """
+        return dict(vars(self))
+
+    @classmethod
+    def from_arrays(cls, arrays: Mapping[str, NDArray[Any]]) -> "WindowPairs":
+        """Return the pairs that `to_arrays` wrote.
+
+        Parameters
+        ----------
+        arrays : mapping of str to array
+            Others beside them are passed over.
+
+        Returns
+        -------
+        WindowPairs
+        """
+        return cls(*(arrays[field.name] for field in fields(cls)))
+
+    @classmethod
+    def joined(cls, some: Sequence["WindowPairs"]) -> "WindowPairs":
+        """All pairs of several shapes or copies.
+
+        Parameters
+        ----------
+        some : sequence of WindowPairs
+            In any number.
+
+        Returns
+        -------
+        WindowPairs
+            In this order.
+        """
+        none = np.zeros((0, KINDS), dtype=np.uint8)
+        return cls(
+            np.concatenate(
+                [np.zeros((0, KINDS, NUMBERS), dtype=np.float32), *(a.differences for a in some)]
+            ),
+            np.concatenate([none, *(a.one for a in some)]),
+            np.concatenate([none, *(a.other for a in some)]),
+        )
+
+
+def fine_vertices(view: View) -> int:
+    """About how many vertices a shape has whose points are paired.
+
+    Parameters
+    ----------
+    view : View
+        Its last step simplifies.
+
+    Returns
+    -------
+    int
+        Within what a creature can have.
+    """
+    working = view.steps[-1].parameters["vertices"]
+    return min(MOST_VERTICES, max(FEWEST_VERTICES, round(FINER * working)))
+
+
+def paired_points(source: Source, mesh: TriangleMesh, view: View) -> WindowPairs:
+    """Pairs of a shape that is learned from; its source decides all that is drawn.
+
+    Parameters
+    ----------
+    source : CreatureSource or StoredSource
+        A creature has copies in its own poses, and is made anew, finer and of even triangles.
+    mesh : TriangleMesh
+        The shape itself, clean.
+    view : View
+        Under which windows are taken.
+
+    Returns
+    -------
+    WindowPairs
+        None where no copy is left.
+    """
+    rng = np.random.default_rng(seed_of("points", source.identity))
+    if not isinstance(source, CreatureSource):
+        return mesh_pairs(mesh, view, rng=rng)
+    fine = CreatureSource(source.species, source.seed, fine_vertices(view))
+    return creature_pairs(load_creature(fine), view, rng=rng)
+
 
 def creature_pairs(creature: Creature, view: View, *, rng: np.random.Generator) -> WindowPairs:
     """Pairs of a creature at rest and of posed, bumped and cut copies.
@@ -52,7 +153,7 @@ def creature_pairs(creature: Creature, view: View, *, rng: np.random.Generator) 
     Parameters
     ----------
     creature : Creature
-        Of about `FINE_VERTICES` vertices.
+        Of about `fine_vertices`.
     view : View
         Under which windows are taken.
     rng : Generator
@@ -61,18 +162,54 @@ def creature_pairs(creature: Creature, view: View, *, rng: np.random.Generator) 
     Returns
     -------
     WindowPairs
-        Of all `COPIES`.
+        Of all `COPIES` that have any.
     """
+    return _pairs_of_copies(creature.rest, creature.posed, view, rng)
+
+
+def mesh_pairs(mesh: TriangleMesh, view: View, *, rng: np.random.Generator) -> WindowPairs:
+    """Pairs of a shape without poses and of bent, bumped and cut copies.
+
+    The shape is given about `fine_vertices` first: finer ones cost more, and say no more.
+
+    Parameters
+    ----------
+    mesh : TriangleMesh
+        Clean.
+    view : View
+        Under which windows are taken.
+    rng : Generator
+        Draws the bumps.
+
+    Returns
+    -------
+    WindowPairs
+        Of all `COPIES` that have any.
+    """
+    vertices = fine_vertices(view)
+    mesh = refine(mesh, vertices=vertices)
+    if mesh.n_vertices > vertices:
+        mesh = decimated(mesh, round(mesh.n_faces * vertices / mesh.n_vertices)).mesh
+
+    def bent(seed: int) -> TriangleMesh:
+        return transform(mesh, "isometry", BENT, seed=seed).mesh
+
+    return _pairs_of_copies(mesh, bent, view, rng)
+
+
+def _pairs_of_copies(
+    mesh: TriangleMesh, pose: Callable[[int], TriangleMesh], view: View, rng: np.random.Generator
+) -> WindowPairs:
+    """Pairs of all copies that leave a mesh with windows."""
     found = []
-    for pose, strength in COPIES:
-        bumped = _bumped(creature.posed(pose), rng)
-        cut = transform(bumped, "partial", strength, seed=pose)
-        found.append(window_pairs(creature.rest, cut.mesh, cut.origin, view))
-    return WindowPairs(
-        np.concatenate([one.differences for one in found]),
-        np.concatenate([one.one for one in found]),
-        np.concatenate([one.other for one in found]),
-    )
+    for seed, strength in COPIES:
+        try:
+            bumped = _bumped(pose(seed), rng)
+            cut = transform(bumped, "partial", strength, seed=seed)
+            found.append(window_pairs(mesh, cut.mesh, cut.origin, view))
+        except (InvalidMeshError, SpectrumError):
+            continue
+    return WindowPairs.joined(found)
 
 
 def window_pairs(

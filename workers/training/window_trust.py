@@ -210,7 +210,7 @@ def window_impostors(queries: WindowQueries, trust: Trust) -> tuple[float, ...]:
         As `Model` keeps them.
     """
     distances, _ = queries.fused(trust)
-    wrong = np.ones(distances.shape, dtype=np.bool_)
+    wrong = np.isfinite(queries.distances)  # others were not compared
     wrong[np.arange(len(queries.truth)), queries.truth] = False
     return impostor_quantiles(distances[wrong])
 

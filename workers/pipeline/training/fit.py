@@ -50,6 +50,23 @@ class Material(Generic[E]):
     failures: Sequence[Failure]
     missing: frozenset[int]
 
+    def only(self, chosen: Callable[[E], bool]) -> "Material[E]":
+        """Some of the examples; failures stay with the whole.
+
+        Parameters
+        ----------
+        chosen : callable
+            Whether an example is among them.
+
+        Returns
+        -------
+        Material
+            In the same order.
+        """
+        pairs = list(zip(self.examples, self.arrays, strict=True))
+        kept = [(example, arrays) for example, arrays in pairs if chosen(example)]
+        return Material([e for e, _ in kept], [a for _, a in kept], (), frozenset())
+
     def failure_report(self, kind: str) -> Json:
         """Return what the report of a training says of the examples that failed.
 

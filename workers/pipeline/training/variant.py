@@ -1,29 +1,26 @@
-"""The verb of a variant: a shape or a copy of it, described under every candidate channel."""
+"""The verb of a variant: a shape or a copy of it, described under every candidate channel.
+
+Where windows are learned from it, these are taken as well.
+"""
 
 from collections.abc import Callable
 from typing import TypeAlias
 
-from workers.geometry.arrays import Float32Array
-from workers.geometry.cleaning import clean
-from workers.geometry.mesh import TriangleMesh
-from workers.geometry.solution import Solver
 from workers.pipeline.outcome import Outcome
 from workers.pipeline.progress import TRANSFORMING
 from workers.pipeline.training.meshes import load_cleaned_mesh
-from workers.pipeline.training.results import store_result
+from workers.pipeline.training.results import Arrays, store_result
 from workers.pipeline.workbench import Workbench
-from workers.retrieval.model import describe
 from workers.storage.parts import Claim
 from workers.training.examples import Variant
 from workers.training.sources import CreatureSource, Posing, load_creature, simulate
+from workers.training.window_pairs import paired_points
+from workers.training.window_shapes import described_mesh
 
-DESCRIPTOR = "descriptor"
-"""Name of the array that is stored of a variant."""
-
-DescribeVariant: TypeAlias = Callable[[Workbench, Variant], Float32Array]
+DescribeVariant: TypeAlias = Callable[[Workbench, Variant], Arrays]
 
 
-def describe_variant(bench: Workbench, variant: Variant) -> Float32Array:
+def describe_variant(bench: Workbench, variant: Variant) -> Arrays:
     """Make, clean, solve and describe a variant; its spectra are not stored.
 
     Parameters
@@ -35,23 +32,30 @@ def describe_variant(bench: Workbench, variant: Variant) -> Float32Array:
 
     Returns
     -------
-    (d,) float32
-        Descriptor under all candidate channels.
+    mapping of str to array
+        Descriptor under all candidate channels; windows and pairs of points, if it is to have them.
 
     Raises
     ------
     ProteusError
         Its mesh cannot be read, transformed, solved or described.
     """
-    solver = Solver(clean(_mesh_of(bench, variant)).mesh)
-    solutions = {view.name: solver.under(view) for view in variant.views}
-    return describe(solutions, variant.candidates)
+    source, change, view = variant.source, variant.change, variant.windows
+    if isinstance(source, CreatureSource):
+        shape = load_creature(source).rest
+    else:
+        shape = load_cleaned_mesh(bench, source)
+    mesh = shape if change is None else simulate(shape, source, change, posing=Posing.FULL).mesh
+    found = described_mesh(mesh, variant.candidates, windows=view, is_copy=change is not None)
+    if view is None or not variant.paired:
+        return found
+    return {**found, **paired_points(source, shape, view).to_arrays()}
 
 
 def compute_variant(
     bench: Workbench, claim: Claim, *, compute: DescribeVariant = describe_variant
 ) -> Outcome:
-    """Store the descriptor of a variant, unless it is there already.
+    """Store what is computed of a variant, unless it is there already.
 
     Parameters
     ----------
@@ -60,7 +64,7 @@ def compute_variant(
     claim : Claim
         Its payload is the variant.
     compute : callable
-        Computes the descriptor.
+        Computes what is stored.
 
     Returns
     -------
@@ -74,16 +78,4 @@ def compute_variant(
     """
     variant = Variant.from_payload(claim.payload)
     bench.progress.enter(TRANSFORMING)
-    return store_result(bench.blobs, variant, lambda: {DESCRIPTOR: compute(bench, variant)})
-
-
-def _mesh_of(bench: Workbench, variant: Variant) -> TriangleMesh:
-    """Shape as it is, or transformed."""
-    source, change = variant.source, variant.change
-    if isinstance(source, CreatureSource):
-        mesh = load_creature(source).rest
-    else:
-        mesh = load_cleaned_mesh(bench, source)
-    if change is None:
-        return mesh
-    return simulate(mesh, source, change, posing=Posing.FULL).mesh
+    return store_result(bench.blobs, variant, lambda: compute(bench, variant))
