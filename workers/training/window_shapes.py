@@ -13,8 +13,8 @@ from workers.geometry.mesh import TriangleMesh
 from workers.geometry.solution import Solver
 from workers.geometry.views import View
 from workers.retrieval.model import Model, describe
-from workers.retrieval.windows.closely import NEAREST
 from workers.retrieval.windows.candidates import least
+from workers.retrieval.windows.closely import NEAREST
 from workers.retrieval.windows.evidence import Evidence, WindowQuery
 from workers.retrieval.windows.rows import write_row
 from workers.retrieval.windows.signature import (
