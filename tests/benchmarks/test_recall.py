@@ -3,13 +3,14 @@
 import pytest
 
 from benchmarks import recall
+from workers.creatures import TRAINING_SPECIES
 from workers.retrieval.windows import candidates
 
 
 def test_it_prints_a_row_for_every_kind_of_copy(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.setattr(recall, "TRAINING_SPECIES", recall.TRAINING_SPECIES[:2])
+    monkeypatch.setattr(recall, "TRAINING_SPECIES", TRAINING_SPECIES[:2])
     monkeypatch.setattr(recall, "ASKED", (("partial", (3,)),))
     monkeypatch.setattr(recall, "VERTICES", 2000)
     monkeypatch.setattr(recall, "CROWD_VERTICES", 2000)
