@@ -24,6 +24,7 @@ from workers.creatures import TESTED_SPECIES, TRAINING_SPECIES, make_creature
 from workers.errors import ProteusError
 from workers.geometry.arrays import FloatArray
 from workers.geometry.views import window_view
+from workers.retrieval.calibration import impostor_share
 from workers.retrieval.windows.closely import compare_closely
 from workers.retrieval.windows.matching import WindowMatching
 from workers.retrieval.windows.whitening import learn_whitening
@@ -47,6 +48,9 @@ FINE_VERTICES = fine_vertices(window_view())
 INDIVIDUALS = 4
 ASKED = 2
 """Of the individuals of a species so many are asked for."""
+
+TOLD = (0.001, 0.01, 0.05, 0.2)
+"""Shares of wrong pairs by which a similarity is checked."""
 
 NOT_LEARNED_FROM = ("scan",)
 
@@ -159,6 +163,15 @@ def show(shapes: BankShapes, near: FloatArray, fused: FloatArray) -> None:
     Output().console.print(found)
 
 
+def calibrated(shapes: BankShapes, fused: FloatArray, matching: WindowMatching) -> None:
+    """Print how many wrong pairs come closer than a similarity says."""
+    wrong = np.ones(fused.shape, dtype=np.bool_)
+    wrong[np.arange(len(shapes.truth)), shapes.truth] = False
+    shares = impostor_share(fused[wrong], matching.impostor_quantiles)
+    told = ", ".join(f"{100 * np.mean(shares <= share):.1f} of {100 * share:g}" for share in TOLD)
+    Output().say(f"wrong pairs that come closer, per cent: {told}")
+
+
 def _kept(folder: Path | None, name: str, make: Callable[[], Any]) -> Any:
     """Return what was made before, or make it and keep it."""
     if folder is None:
@@ -206,7 +219,9 @@ def main(arguments: Sequence[str] | None = None) -> None:
     )
     others = arranged(TESTED_SPECIES, tested)
     near = search_distances(others.bank, model)
-    show(others.bank, near, searched(others, near, matching))
+    fused = searched(others, near, matching)
+    show(others.bank, near, fused)
+    calibrated(others.bank, fused, matching)
 
 
 if __name__ == "__main__":
