@@ -110,6 +110,16 @@ def test_the_same_queries_teach_the_same() -> None:
     assert Trust.from_json(one.to_json()) == one
 
 
+def test_few_queries_leave_what_was_known_of_others() -> None:
+    """Starting from what many taught, three that say nothing of noise do not take it back."""
+    many = learn_trust(synthetic(np.random.default_rng(6), useful="windows"))
+    few = picked(synthetic(np.random.default_rng(7), useful="windows"), np.arange(3))
+    again = synthetic(np.random.default_rng(8), useful="windows")
+    assert hits(again, learn_trust(few, many)) >= hits(again, learn_trust(few))
+    assert hits(again, learn_trust(few, many)) > 0.9
+    assert learn_trust(few, many) != learn_trust(few)
+
+
 def test_all_transformations_have_the_same_share() -> None:
     """Of two kinds that say the opposite, the one with more queries does not outvote the other."""
     rng = np.random.default_rng(5)

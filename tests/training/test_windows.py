@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from tests.retrieval.windows.shapes import PLAIN, asked_bumpy, stored_bumpy
+from tests.retrieval.windows.shapes import EVEN, PLAIN, asked_bumpy, stored_bumpy
 from tests.training.test_window_trust import QUERIES, TARGETS, synthetic
 from workers.errors import InsufficientTrainingDataError
 from workers.geometry.arrays import BoolArray
@@ -114,12 +114,13 @@ def test_trust_is_measured_on_folds_that_it_was_not_learned_from(
     def trust_of(number: int) -> Trust:
         return Trust((float(number), 0, 0, 0), (1.0, 0, 0, 0), (0.0,) * 4, (0.0, 0.0), 1.4, 1.3)
 
-    def learn(queries: WindowQueries) -> Trust:
+    def learn(queries: WindowQueries, start: Trust | None) -> Trust:
+        assert start == EVEN
         seen.append(queries)
         return trust_of(len(seen))
 
     monkeypatch.setattr(windows, "learn_trust", learn)
-    fused = cross_validated(known, folds, taught)
+    fused = cross_validated(known, folds, taught, start=EVEN)
     assert len(seen) == 3
     for fold, queries in enumerate(seen):
         own = folds == fold

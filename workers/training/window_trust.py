@@ -154,13 +154,15 @@ class WindowQueries:
         return evidence / totals[:, None], totals
 
 
-def learn_trust(queries: WindowQueries) -> Trust:
+def learn_trust(queries: WindowQueries, start: Trust | None = None) -> Trust:
     """Find the weights by which a copy is nearest to its own shape: softmax cross-entropy.
 
     Parameters
     ----------
     queries : WindowQueries
         Of at least two targets.
+    start : Trust, optional
+        What is known already: weights stay near it as far as the queries do not say otherwise.
 
     Returns
     -------
@@ -177,7 +179,7 @@ def learn_trust(queries: WindowQueries) -> Trust:
             f"{len(queries.truth)} queries among {queries.distances.shape[-1]} targets, expected "
             "at least one among two"
         )
-    start: FloatArray = np.array(_START)
+    known: FloatArray = np.array(_START) if start is None else _values(start)
     names, kinds = np.unique(queries.transformations, return_inverse=True)
     shares = 1.0 / (len(names) * np.bincount(kinds))[kinds]  # (q,)
     rows = np.arange(len(queries.truth))
@@ -188,9 +190,9 @@ def learn_trust(queries: WindowQueries) -> Trust:
         top = scores.max(axis=1)
         log_sums = top + np.log(np.exp(scores - top[:, None]).sum(axis=1))
         missed = log_sums - scores[rows, queries.truth]
-        return float(shares @ missed + RIDGE * np.square(values - start).sum())
+        return float(shares @ missed + RIDGE * np.square(values - known).sum())
 
-    found = minimize(loss, start, method="L-BFGS-B", bounds=_BOUNDS, options={"maxiter": _STEPS})
+    found = minimize(loss, known, method="L-BFGS-B", bounds=_BOUNDS, options={"maxiter": _STEPS})
     return Trust.from_json(_trust(found.x).to_json())
 
 
@@ -213,6 +215,20 @@ def window_impostors(queries: WindowQueries, trust: Trust) -> tuple[float, ...]:
     wrong = np.isfinite(queries.distances)  # others were not compared
     wrong[np.arange(len(queries.truth)), queries.truth] = False
     return impostor_quantiles(distances[wrong])
+
+
+def _values(trust: Trust) -> FloatArray:
+    """A vector of all weights of a trust."""
+    return np.array(
+        [
+            *trust.distance,
+            *trust.windows,
+            *trust.consistency,
+            *trust.facing,
+            trust.most_distance,
+            trust.most_windows,
+        ]
+    )
 
 
 def _trust(values: FloatArray) -> Trust:

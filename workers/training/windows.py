@@ -15,6 +15,7 @@ from workers.geometry.arrays import BoolArray, FloatArray, IntArray
 from workers.geometry.views import View
 from workers.retrieval.model import Model
 from workers.retrieval.windows.matching import WindowMatching
+from workers.retrieval.windows.trust import Trust
 from workers.retrieval.windows.whitening import Whitening
 from workers.training.bank_report import scored_rows
 from workers.training.bank_shapes import BankShapes, of_channels, search_distances
@@ -91,7 +92,9 @@ def held_out_distances(
     return found
 
 
-def learn_windows(known: WindowQueries, whitening: Whitening, view: View) -> WindowMatching:
+def learn_windows(
+    known: WindowQueries, whitening: Whitening, view: View, start: Trust | None = None
+) -> WindowMatching:
     """Learn how far windows are trusted.
 
     Parameters
@@ -102,6 +105,8 @@ def learn_windows(known: WindowQueries, whitening: Whitening, view: View) -> Win
         How windows are compared.
     view : View
         Under which windows were taken.
+    start : Trust, optional
+        What is known of trust already.
 
     Returns
     -------
@@ -113,13 +118,17 @@ def learn_windows(known: WindowQueries, whitening: Whitening, view: View) -> Win
     InsufficientTrainingDataError
         There are no copies.
     """
-    trust = learn_trust(known)
+    trust = learn_trust(known, start)
     matching = WindowMatching(view, whitening, trust, window_impostors(known, trust))
     return WindowMatching.from_json(matching.to_json())
 
 
 def cross_validated(
-    known: WindowQueries, folds: IntArray, taught: BoolArray | None = None
+    known: WindowQueries,
+    folds: IntArray,
+    taught: BoolArray | None = None,
+    *,
+    start: Trust | None = None,
 ) -> FloatArray:
     """Distances from all evidence, under a trust that was learned on the other folds.
 
@@ -131,6 +140,8 @@ def cross_validated(
         Of each copy.
     taught : (q,) bool, optional
         Copies that are learned from; all, if left out.
+    start : Trust, optional
+        What is known of trust already, from other groups.
 
     Returns
     -------
@@ -140,11 +151,14 @@ def cross_validated(
     for fold in np.unique(folds).tolist():
         held_out = folds == fold
         others = ~held_out if taught is None else taught & ~held_out
-        fused[held_out] = known.only(held_out).fused(learn_trust(known.only(others)))[0]
+        trust = learn_trust(known.only(others), start)
+        fused[held_out] = known.only(held_out).fused(trust)[0]
     return np.where(np.isfinite(known.distances), fused, np.inf)
 
 
-def windows_report(known: WindowQueries, shapes: BankShapes) -> dict[str, Any]:
+def windows_report(
+    known: WindowQueries, shapes: BankShapes, start: Trust | None = None
+) -> dict[str, Any]:
     """Figures of the bank's distances alone and of all evidence, on groups not learned from.
 
     Parameters
@@ -153,6 +167,8 @@ def windows_report(known: WindowQueries, shapes: BankShapes) -> dict[str, Any]:
         Copies, compared under the whitening.
     shapes : BankShapes
         Shapes and copies.
+    start : Trust, optional
+        What is known of trust already, from other groups.
 
     Returns
     -------
@@ -164,7 +180,7 @@ def windows_report(known: WindowQueries, shapes: BankShapes) -> dict[str, Any]:
     InsufficientTrainingDataError
         All copies are of one group.
     """
-    fused = cross_validated(known, folds_of(shapes.query_groups))
+    fused = cross_validated(known, folds_of(shapes.query_groups), start=start)
     measured = {"bank": known.distances, "with_windows": fused}
     return {
         "n_shapes": len(shapes.references),

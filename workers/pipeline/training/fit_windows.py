@@ -53,8 +53,7 @@ def fit_windows(
         return _learned(bench, trained, shapes, material)
     except InsufficientTrainingDataError as error:
         log.info("windows are those of the shipped model", reason=str(error))
-        shipped = shipped_model(working_vertices=bench.settings.working_vertices)
-        return shipped.windows, {"learned": False, "reason": str(error)}
+        return _shipped(bench), {"learned": False, "reason": str(error)}
 
 
 def _learned(
@@ -74,9 +73,16 @@ def _learned(
     known = own.compared(near, whitening)
     bench.progress.enter(LEARNING)
     view = window_view(working_vertices=bench.settings.working_vertices)
+    shipped = _shipped(bench)
+    start = shipped.trust if shipped is not None else None
     report = {
         "learned": True,
         "n_pairs": len(pairs.differences),
-        **windows_report(known, own.bank),
+        **windows_report(known, own.bank, start),
     }
-    return learn_windows(known, whitening, view), report
+    return learn_windows(known, whitening, view, start), report
+
+
+def _shipped(bench: Workbench) -> WindowMatching | None:
+    """How the shipped model compares windows."""
+    return shipped_model(working_vertices=bench.settings.working_vertices).windows
