@@ -1,7 +1,7 @@
 """What windows say of the candidates of a query: found, compared, verified."""
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,7 +15,7 @@ from workers.retrieval.windows.rows import (
     read_prefix,
     read_row,
 )
-from workers.retrieval.windows.signature import STEP, Signature
+from workers.retrieval.windows.signature import LOST, STEP, Signature
 from workers.retrieval.windows.trust import NOT_VERIFIED, Weights
 from workers.retrieval.windows.verification import QUERY_POINTS, verify
 from workers.retrieval.windows.whitening import Whitening
@@ -31,6 +31,7 @@ MOST_LOOKED_AT = 5000
 
 _COMPARED_SCALES = 3  # of each candidate: the best of the first look and its neighbours
 _EVERY = 2  # scale is looked at first
+_LATER = 2 / 3  # of the scales: there, it is seen which of a query's points count
 
 Fetch = Callable[[IntArray, int], NDArray[np.uint8]]
 """From places (m,) and a number of bytes b to the beginnings of their rows, (m, b); 0 for all."""
@@ -103,6 +104,7 @@ class WindowQuery:
 
     def __init__(self, signature: Signature, whitening: Whitening) -> None:
         """Whiten the query's windows."""
+        signature = _counting_first(signature)
         self._signature = signature
         self._whitening = whitening
         self._look = Side.of(signature, whitening, slice(None), points=PREFIX_POINTS)
@@ -207,6 +209,24 @@ def least(values: FloatArray, count: int) -> IntArray:
         return np.arange(len(values))
     places: IntArray = np.flatnonzero(values <= np.partition(values, count - 1)[count - 1])
     return places
+
+
+def _counting_first(query: Signature) -> Signature:
+    """The query with those points first of which any window counts at a later scale.
+
+    The first points of a sheet lie on its rim, where no window counts. But the first ones are what
+    a short look and the verification see.
+    """
+    scale = int(_LATER * query.n_scales)
+    counts = (query.reaches[scale] != LOST).any(axis=1)
+    order = np.argsort(~counts, kind="stable")
+    return replace(
+        query,
+        numbers=query.numbers[:, order],
+        reaches=query.reaches[:, order],
+        areas=query.areas[order],
+        mutual=query.mutual[np.ix_(order, order)],
+    )
 
 
 @dataclass(frozen=True, eq=False)
