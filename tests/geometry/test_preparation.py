@@ -20,9 +20,18 @@ from workers.errors import InvalidRequestError
 from workers.geometry import views
 from workers.geometry.mesh import TriangleMesh
 from workers.geometry.preparation import prepare
+from workers.geometry.smoothing import fair
 from workers.geometry.spectrum import first_eigenvalues
 from workers.geometry.topology import boundary_loops
-from workers.geometry.views import Step, View, default_view, named_view, open_view
+from workers.geometry.views import (
+    FAIRING_ROUGH,
+    Step,
+    View,
+    default_view,
+    named_view,
+    open_view,
+    window_view,
+)
 
 
 def test_the_default_view_closes_refines_and_simplifies() -> None:
@@ -120,6 +129,18 @@ def test_whole_numbers_and_floats_have_one_key() -> None:
     one, other = (View("v", (Step("refine", {"vertices": n}),)) for n in (1000, 1000.0))
     assert one.key == other.key
     assert hash(one) == hash(other)
+
+
+def test_windows_are_of_a_faired_mesh_only_where_it_is_noisy_and_before_it_is_refined() -> None:
+    """Faces that were cut into four are flat inside, so that noise would not be seen there."""
+    clean = icosphere(3)  # 642 vertices, which are refined to 2,562 and stay the first
+    height = 1.0 + 0.03 * np.random.default_rng(0).normal(size=(clean.n_vertices, 1))
+    noisy = TriangleMesh(clean.vertices * height, clean.faces)
+    time = FAIRING_ROUGH.parameters["time"]
+    for mesh, expected in ((clean, clean), (noisy, fair(noisy, time=time))):
+        found = prepare(mesh, window_view()).mesh
+        assert found.n_vertices == 2562
+        assert_allclose(found.vertices[: mesh.n_vertices], expected.vertices, atol=1e-12)
 
 
 @pytest.mark.parametrize(

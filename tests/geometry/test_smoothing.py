@@ -22,7 +22,14 @@ from workers.geometry import smoothing
 from workers.geometry.cleaning import without_useless_faces
 from workers.geometry.laplacian import mesh_laplacian
 from workers.geometry.mesh import TriangleMesh
-from workers.geometry.smoothing import fair, fair_rough, median_angle, roughness, smooth
+from workers.geometry.smoothing import (
+    fair,
+    fair_rough,
+    jitter,
+    median_angle,
+    roughness,
+    smooth,
+)
 from workers.geometry.spectrum import compute_spectrum
 
 TIME = 1e-3
@@ -203,16 +210,41 @@ def test_roughness_is_that_of_a_faired_surface(mesh: TriangleMesh) -> None:
     assert roughness(noisy) == pytest.approx(np.log(noisy.area / faired.area), abs=1e-10)
 
 
+def noisy_sphere(levels: int, height: float) -> TriangleMesh:
+    """A sphere with normally distributed noise along its radii."""
+    sphere = icosphere(levels)
+    noise = 1.0 + height * np.random.default_rng(0).normal(size=(sphere.n_vertices, 1))
+    return TriangleMesh(sphere.vertices * noise, sphere.faces)
+
+
+def test_a_fine_noisy_mesh_jitters_and_a_coarse_clean_one_does_not() -> None:
+    coarse, noisy = icosphere(2), noisy_sphere(5, 0.002)
+    assert median_angle(coarse) > 2.0 * median_angle(noisy)
+    assert jitter(coarse) < 1.1
+    assert jitter(noisy) > 2.0
+
+
+@pytest.mark.parametrize("mesh", [bumpy_sphere(3), uneven_sphere(3, 0.05), rectangle(20, 10)])
+def test_shapes_do_not_jitter_in_any_unit(mesh: TriangleMesh) -> None:
+    assert jitter(mesh) < 1.5
+    assert jitter(scaled(mesh, 1e3)) == pytest.approx(jitter(mesh), rel=1e-6)
+
+
+def test_rounding_of_a_flat_sheet_is_no_noise() -> None:
+    flat = rotated(rectangle(20, 10), np.random.default_rng(0))
+    rounded = TriangleMesh(flat.vertices.astype(np.float32).astype(np.float64), flat.faces)
+    assert 0.0 < median_angle(rounded) < 0.01
+    assert jitter(rounded) == pytest.approx(1.0, abs=0.01)
+
+
 def test_only_what_is_rough_is_faired_as_far_as_it_is_rough() -> None:
     sphere = icosphere(4)
-    assert fair_rough(sphere, time=TIME, clean=15.0, rough=25.0) is sphere
-    rng = np.random.default_rng(0)
-    for height, share in ((0.017, None), (0.03, 1.0)):
-        noise = 1.0 + height * rng.normal(size=(sphere.n_vertices, 1))
-        noisy = TriangleMesh(sphere.vertices * noise, sphere.faces)
-        angle = median_angle(noisy)
-        expected = min(1.0, (angle - 15.0) / 10.0)
-        assert share is None or expected == share
-        found = fair_rough(noisy, time=TIME, clean=15.0, rough=25.0)
+    assert fair_rough(sphere, time=TIME, clean=1.5, rough=3.0) is sphere
+    for height, is_whole in ((0.005, False), (0.03, True)):
+        noisy = noisy_sphere(4, height)
+        expected = min(1.0, (jitter(noisy) - 1.5) / 1.5)
+        assert expected > 0.0
+        assert (expected == 1.0) == is_whole
+        found = fair_rough(noisy, time=TIME, clean=1.5, rough=3.0)
         assert_allclose(found.vertices, fair(noisy, time=expected * TIME).vertices)
-        assert median_angle(found) < 0.7 * angle
+        assert median_angle(found) < 0.7 * median_angle(noisy)

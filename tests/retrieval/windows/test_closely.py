@@ -116,6 +116,29 @@ def test_the_scale_is_that_of_the_hypothesis_and_what_fits_the_distances() -> No
     assert scales[1] == pytest.approx(1.03 * scales[0], abs=0.005)
 
 
+def test_points_of_which_no_window_counts_are_not_what_is_verified() -> None:
+    """As on a sheet, whose first points lie on its rim: here the first 80 of 128 are lost."""
+    query = asked_bumpy(1)
+    lost = query.reaches.copy()
+    lost[:, :80] = LOST
+    gallery, places = Gallery.of(balls()), np.arange(9)
+    query = replace(query, reaches=lost)
+    found = WindowQuery(query, PLAIN).evidence(places, places, gallery.fetch)
+    assert found.log_consistency.argmax() == 1
+    assert found.log_consistency[1] > -0.5
+    order = np.random.default_rng(0).permutation(80)  # of those that do not count
+    order = np.concatenate([np.arange(80, 128), order])
+    again = replace(
+        query,
+        numbers=query.numbers[:, order],
+        reaches=query.reaches[:, order],
+        areas=query.areas[order],
+        mutual=query.mutual[np.ix_(order, order)],
+    )
+    same = WindowQuery(again, PLAIN).evidence(places, places, gallery.fetch)
+    assert_allclose(same.all_around, found.all_around, rtol=1e-6)
+
+
 def test_a_shape_finds_itself_first_and_almost_at_no_distance() -> None:
     far = np.full(9, 0.5)
     found, count = Gallery.of(balls()).ask(asked_bumpy(4), far)
