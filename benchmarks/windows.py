@@ -59,7 +59,11 @@ COPIES = (*TAUGHT, ("scan", (1, 3, 5)))
 
 
 def variants_of(species: Sequence[str]) -> list[Variant]:
-    """Return all individuals, then copies of the first two of each in turn."""
+    """Return all individuals, then copies of the first two of each in turn.
+
+    Half of the copies are made of a finer mesh of the individual and simplified: so two scans of
+    one thing differ, and a file from its original.
+    """
     model, view = shipped_model(), window_view()
     found: list[Variant] = []
     for place, name in enumerate(species):
@@ -69,15 +73,23 @@ def variants_of(species: Sequence[str]) -> list[Variant]:
             found.append(
                 Variant(number, item, source, name, False, number, None, model.views, view)
             )
-    for place in range(len(species)):
+    for place, name in enumerate(species):
         for number, (transformation, strengths) in enumerate(COPIES):
             for turn, strength in enumerate(strengths):
                 individual = (place + number + turn) % ASKED
                 shape = found[INDIVIDUALS * place + individual]
                 pose = 100 + individual + strength
                 change = Simulation(transformation, strength, seed=1000 + pose, pose=pose)
-                item = f"{shape.item} {transformation} {strength}"
-                found.append(replace(shape, number=len(found), item=item, change=change))
+                copied = replace(
+                    shape,
+                    number=len(found),
+                    item=f"{shape.item} {transformation} {strength}",
+                    change=change,
+                )
+                if (place + number + turn) // ASKED % 2 == 1:
+                    finer = CreatureSource(name, individual, FINE_VERTICES)
+                    copied = replace(copied, item=f"{copied.item} finer", source=finer)
+                found.append(copied)
     return found
 
 
