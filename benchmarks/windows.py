@@ -70,8 +70,8 @@ FOLDS = 3
 """Of the species, in the cross-validation."""
 
 NOT_LEARNED_FROM = ("scan",)
-"""Windows of scans mostly fail (docs/method.md). Learning from them taught distrust of all parts.
-Measured once: parts of strength 4 fell from 92 to 86 per cent on held-out species of training."""
+"""Learning from scans taught distrust of all sheets (docs/method.md). Measured once: views of
+strengths 1, 3 and 5 fell from 83, 75 and 64 to 76, 65 and 62 on held-out species of training."""
 
 
 @dataclass(frozen=True)
