@@ -1,6 +1,6 @@
 """A surface as the correspondence uses it: area 1, distances from points, a basis of functions."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -82,6 +82,23 @@ class Surface:
             distances=np.minimum(found.distances, APART),
             cells=found.cells,
         )
+
+    def with_points(self, count: int) -> "Surface":
+        """Keep the first points alone.
+
+        Parameters
+        ----------
+        count : int
+            How many, at least 1.
+
+        Returns
+        -------
+        Surface
+            The same mesh.
+        """
+        distances = self.distances[:count]
+        cells = distances.argmin(axis=0)
+        return replace(self, points=self.points[:count], distances=distances, cells=cells)
 
     @cached_property
     def graph(self) -> sparse.csr_array:
