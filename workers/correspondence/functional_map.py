@@ -84,6 +84,24 @@ class Pair:
         widths = self.part.basis.shape[1], self.whole.basis.shape[1]
         return max(1, min(fewer, count, widths[0])), max(1, min(count, widths[1]))
 
+    def detuning(self, a: int, b: int) -> FloatArray:
+        """How unlike the frequencies of both shapes' functions are.
+
+        Parameters
+        ----------
+        a, b : int
+            How many functions of the part and of the whole.
+
+        Returns
+        -------
+        (a, b) float64
+            Squared difference of eigenvalues over the largest one; 0 to 1.
+        """
+        one, other = self.part.frequencies[:a] / self.share, self.whole.frequencies[:b]
+        largest = max(float(one.max()), float(other.max()), 1e-30)
+        unlike: FloatArray = np.square((one[:, None] - other[None]) / largest)
+        return unlike
+
 
 def zoom_out(
     pair: Pair,
@@ -93,6 +111,7 @@ def zoom_out(
     samples: IntArray,
     targets: IntArray,
     hint: float,
+    stiffness: float = 0.0,
 ) -> tuple[FloatArray, Matches]:
     """Fit a functional map to matches and refine it with more and more functions.
 
@@ -110,6 +129,9 @@ def zoom_out(
         Vertices of the whole that they may be matched with.
     hint : float
         Weight of the fields beside the functions.
+    stiffness : float
+        How much the first C is kept from mapping functions to those of other frequencies: needed
+        where there are few matches for many functions.
 
     Returns
     -------
@@ -124,6 +146,7 @@ def zoom_out(
             pair.part.basis[matches.vertices, :a],
             pair.whole.basis[matches.images, :b],
             matches.weights,
+            _RIDGE + (0.0 if number else stiffness) * pair.detuning(a, b),
         )
         if number + 1 == len(counts):
             break
@@ -189,10 +212,19 @@ def nearest_rows(rows: FloatArray, among: FloatArray) -> IntArray:
     return nearest
 
 
-def _fitted(first: FloatArray, second: FloatArray, weights: FloatArray) -> FloatArray:
-    """C (a, b) with ``first`` (q, a) times C nearest to ``second`` (q, b)."""
+def _fitted(
+    first: FloatArray, second: FloatArray, weights: FloatArray, penalty: FloatArray
+) -> FloatArray:
+    """C (a, b) with ``first`` (q, a) times C near ``second`` (q, b), and small where penalised."""
     weighted = first * weights[:, None]
-    gram = first.T @ weighted
-    gram[np.diag_indices(len(gram))] += _RIDGE * np.trace(gram) / len(gram) + 1e-30
-    fitted: FloatArray = np.linalg.solve(gram, weighted.T @ second).astype(np.float64)
-    return fitted
+    gram, right = first.T @ weighted, weighted.T @ second
+    size = np.trace(gram) / len(gram)
+    own = np.arange(len(gram))
+    if np.ptp(penalty) == 0.0:
+        gram[own, own] += size * penalty[0, 0] + 1e-30
+        fitted: FloatArray = np.linalg.solve(gram, right).astype(np.float64)
+        return fitted
+    grams = np.repeat(gram[None], len(penalty.T), axis=0)  # (b, a, a)
+    grams[:, own, own] += size * penalty.T + 1e-30
+    columns: FloatArray = np.linalg.solve(grams, right.T[:, :, None])[:, :, 0].T
+    return columns

@@ -39,8 +39,8 @@ class Hypothesis:
     ----------
     pair : Pair
         What is mapped.
-    matches : Matches
-        What its functional map was fitted to.
+    start : Matches
+        What it was made from.
     images : (n,) int64
         Vertex of the whole for each vertex of the part.
     misfit : float
@@ -50,7 +50,7 @@ class Hypothesis:
     """
 
     pair: Pair
-    matches: Matches
+    start: Matches
     images: IntArray
     misfit: float
     orientation: float
@@ -181,11 +181,16 @@ def _clearly_better(one: Hypothesis, other: Hypothesis) -> bool:
 
 
 def _refined(
-    sides: Sides, pair: Pair, start: Matches, counts: tuple[int, ...], *, hint: float = 0.0
+    sides: Sides,
+    pair: Pair,
+    start: Matches,
+    counts: tuple[int, ...],
+    *,
+    hint: float = 0.0,
 ) -> Hypothesis:
     """Refine a map, and see how well it fits."""
     part, whole = pair.part, pair.whole
-    functional, matches = zoom_out(
+    functional, _ = zoom_out(
         pair,
         start,
         counts=counts,
@@ -197,7 +202,7 @@ def _refined(
     agreed = landmark_agreement(part, whole, images, scale=sides.scale)
     areas = part.spectrum.areas
     misfit = float(areas @ residuals / (areas @ agreed))
-    return Hypothesis(pair, matches, images, misfit, orientation(part, whole, images))
+    return Hypothesis(pair, start, images, misfit, orientation(part, whole, images))
 
 
 def _images(pair: Pair, functional: FloatArray, count: int) -> tuple[IntArray, FloatArray]:

@@ -141,6 +141,12 @@ class Surface:
         constants[here] = 1.0 / np.sqrt(sizes[self.components])
         return np.concatenate([constants, self.spectrum.eigenvectors], axis=1)
 
+    @cached_property
+    def frequencies(self) -> FloatArray:
+        """Eigenvalues of the functions of the basis, (c + k,): 0 of constants."""
+        count = self.basis.shape[1] - self.spectrum.n_eigenpairs
+        return np.concatenate([np.zeros(count), self.spectrum.eigenvalues])
+
     def averaged(self, amounts: FloatArray, time: float) -> FloatArray:
         """Spread what lies at the vertices over the surface, as heat spreads.
 
@@ -156,10 +162,8 @@ class Surface:
         (n,) or (n, c) float64
             Densities.
         """
-        count = self.basis.shape[1] - self.spectrum.n_eigenpairs
-        values = np.concatenate([np.zeros(count), self.spectrum.eigenvalues])
         parts = self.basis.T @ amounts
-        decay = np.exp(-time * values)
+        decay = np.exp(-time * self.frequencies)
         decayed = decay * parts if parts.ndim == 1 else decay[:, None] * parts
         densities: FloatArray = self.basis @ decayed
         return densities
