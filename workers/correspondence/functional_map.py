@@ -226,5 +226,5 @@ def _fitted(
         return fitted
     grams = np.repeat(gram[None], len(penalty.T), axis=0)  # (b, a, a)
     grams[:, own, own] += size * penalty.T + 1e-30
-    columns: FloatArray = np.linalg.solve(grams, right.T[:, :, None])[:, :, 0].T
-    return columns
+    columns = np.linalg.solve(grams, right.T[:, :, None])[:, :, 0]
+    return np.asarray(columns.T, dtype=np.float64)

@@ -12,13 +12,13 @@ from numpy.typing import NDArray
 
 from workers.correspondence.surface import Surface
 from workers.geometry.arrays import FloatArray
-from workers.retrieval.windows.comparing import ALL_AROUND, Side
+from workers.retrieval.windows.comparing import Side
 from workers.retrieval.windows.signature import (
     STEP,
     Signature,
     WindowSurface,
-    all_around_signature,
     boundary_length,
+    signature_of,
 )
 from workers.retrieval.windows.whitening import Whitening
 
@@ -26,6 +26,8 @@ from workers.retrieval.windows.whitening import Whitening
 SCALES = 13  # down to a fifth of the area
 _EVERY, _FIRST_POINTS = 2, 48  # scale is looked at first, with so many points
 _CLEARLY = 0.985  # of the difference at scale 1: what differs less is a part
+_LOST_COUNT = 7.0  # numbers of mean cost that a point counts as if all its windows are lost
+_ALL = slice(None)
 _HAND = 3.0  # numbers of a window that handedness counts as much as
 
 
@@ -101,25 +103,28 @@ def compare(part: Surface, whole: Surface, whitening: Whitening, *, may_be_part:
     Returns
     -------
     Likeness
-        At the scale at which the windows fit best. It is 1 unless another is clearly better.
+        At the scale at which the windows fit best. It is 1 unless another is clearly better. Of
+        two sheets the windows of what faces the same way count, too: they are smaller, and fewer
+        of them reach a boundary.
     """
-    target = _signature(whole, [0], len(whole.points))
+    facing = not (part.is_closed or whole.is_closed)
+    target = _signature(whole, [0], len(whole.points), facing)
     right = whitening.apply(target.numbers[0])
     scales = [0]
     if may_be_part:
         first = list(range(0, SCALES, _EVERY))
-        side = Side.of(_signature(part, first, _FIRST_POINTS), whitening, ALL_AROUND)
+        side = Side.of(_signature(part, first, _FIRST_POINTS, facing), whitening, _ALL)
         every = range(len(first))
         best = first[int(np.argmin(side.differences(every, side.costs(every, right))))]
         scales = sorted({0, max(best - 1, 0), best, min(best + 1, SCALES - 1)})
-    side = Side.of(_signature(part, scales, len(part.points)), whitening, ALL_AROUND)
+    side = Side.of(_signature(part, scales, len(part.points), facing), whitening, _ALL)
     every = range(len(scales))
     costs = side.costs(every, right)
     differences = side.differences(every, costs)
     chosen = int(np.argmin(differences))
     if differences[chosen] > _CLEARLY * differences[0]:
         chosen = 0
-    itself = Side.of(target, whitening, ALL_AROUND, points=len(part.points))
+    itself = Side.of(target, whitening, _ALL, points=len(part.points))
     return Likeness(
         scale=STEP ** -scales[chosen],
         costs=_costs(side, costs, chosen),
@@ -128,22 +133,24 @@ def compare(part: Surface, whole: Surface, whitening: Whitening, *, may_be_part:
     )
 
 
-def _signature(surface: Surface, scales: Sequence[int], count: int) -> Signature:
+def _signature(surface: Surface, scales: Sequence[int], count: int, facing: bool) -> Signature:
     """Windows around the first points at some scales."""
-    return all_around_signature(
-        WindowSurface(
-            mesh=surface.mesh,
-            points=surface.points[:count],
-            distances=surface.distances[:count],
-            areas=surface.weights[:count],
-            mutual=surface.mutual[:count, :count],
-            boundary=boundary_length(surface.mesh),
-            n_vertices=surface.mesh.n_vertices,
-        ),
-        scales,
+    taken = WindowSurface(
+        mesh=surface.mesh,
+        points=surface.points[:count],
+        distances=surface.distances[:count],
+        areas=surface.weights[:count],
+        mutual=surface.mutual[:count, :count],
+        boundary=boundary_length(surface.mesh),
+        n_vertices=surface.mesh.n_vertices,
     )
+    return signature_of(taken, scales, facing=facing)
 
 
 def _costs(side: Side, costs: NDArray[np.float32], scale: int) -> Costs:
-    """Costs at one scale of a side."""
-    return Costs(costs[scale].astype(np.float64), side.dimensions[scale].astype(np.float64))
+    """Costs at one scale of a side. A point without a window is as unlike all as others are."""
+    values, counts = costs[scale].astype(np.float64), side.dimensions[scale].astype(np.float64)
+    lost = counts == 0.0
+    if lost.any() and not lost.all():
+        values[lost], counts[lost] = values[~lost].mean(), _LOST_COUNT
+    return Costs(values, counts)

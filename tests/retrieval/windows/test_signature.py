@@ -44,9 +44,9 @@ from workers.retrieval.windows.signature import (
     STORED_POINTS,
     WHOLE,
     Signature,
-    all_around_signature,
     query_signature,
     signature_at,
+    signature_of,
     window_surface,
 )
 
@@ -230,7 +230,7 @@ def test_signatures_at_no_points_are_empty() -> None:
 def test_windows_of_all_that_is_near_can_be_taken_alone_and_at_chosen_scales() -> None:
     mesh = bumpy_sphere(3, 5)
     surface = window_surface(mesh, n_vertices=mesh.n_vertices, for_query=True)
-    everything, some = query_signature(surface), all_around_signature(surface, [4, 1])
+    everything, some = query_signature(surface), signature_of(surface, [4, 1], facing=False)
     near = slice(0, len(RADII))
     assert_allclose(some.numbers[:, :, near], everything.numbers[[4, 1]][:, :, near], rtol=1e-6)
     assert_array_equal(some.reaches[:, :, near], everything.reaches[[4, 1]][:, :, near])

@@ -302,8 +302,8 @@ def signature_at(mesh: TriangleMesh, points: IntArray) -> Signature:
     return _signature(surface, range(1))
 
 
-def all_around_signature(surface: WindowSurface, scales: Sequence[int]) -> Signature:
-    """Signature of what is all around the points; windows of what faces the same way are lost.
+def signature_of(surface: WindowSurface, scales: Sequence[int], *, facing: bool) -> Signature:
+    """Signature of chosen points at chosen scales.
 
     Parameters
     ----------
@@ -311,13 +311,15 @@ def all_around_signature(surface: WindowSurface, scales: Sequence[int]) -> Signa
         With all distances up to the largest radius.
     scales : sequence of int
         Hypotheses j, as in `query_signature`.
+    facing : bool
+        Whether windows of what faces the same way are taken, too. Those that are not are lost.
 
     Returns
     -------
     Signature
         Of these scales.
     """
-    return _signature(surface, scales, kinds=1)
+    return _signature(surface, scales, kinds=2 if facing else 1)
 
 
 def _signature(surface: WindowSurface, scales: Sequence[int], *, kinds: int = 2) -> Signature:
