@@ -99,7 +99,7 @@ def correspond(
     """
     sides = Sides.of(first, second, whitening)
     hands = (1.0, -1.0) if mirrored is None else (-1.0 if mirrored else 1.0,)
-    tried = [one for hand in hands for one in from_landmarks(sides, hand)]
+    tried = [one for hand in (1.0, -1.0) for one in from_landmarks(sides, hand)]
     tried += twins(sides, tried, hands[0])
     maps = _refined(sides, choose(tried, hands))
     return _answer(sides, maps, is_mirrored(tried) if mirrored is None else mirrored)
