@@ -39,6 +39,7 @@ from workers.geometry.solution import Solution, solve
 from workers.geometry.topology import is_closed
 from workers.geometry.transfer import closest_points
 from workers.geometry.views import mapping_view
+from workers.storage.shipped_models import shipped_whitening
 from workers.transformations import transform
 
 CLOSE = 0.05  # of √A
@@ -98,7 +99,8 @@ def solved(mesh: TriangleMesh) -> Solution:
 
 def ours(first: Solution, second: Solution, kind: str) -> tuple[IntArray, Row]:
     """Vertex of the second working mesh nearest to each point, and what else is told."""
-    found = correspond(first, second, mirrored=True if kind == "mirrored" else None)
+    mirrored = True if kind == "mirrored" else None
+    found = correspond(first, second, shipped_whitening(), mirrored=mirrored)
     faces = second.mesh.faces[found.faces]
     nearest: IntArray = faces[np.arange(len(faces)), found.barycentric.argmax(axis=1)]
     told = {

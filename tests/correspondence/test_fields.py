@@ -141,3 +141,12 @@ def test_orientation_is_one_of_a_copy_and_less_one_of_a_mirror() -> None:
     one = surface(mesh)
     assert orientation(one, one, same) == pytest.approx(1.0)
     assert orientation(one, surface(mirror), same) == pytest.approx(-1.0)
+
+
+def test_orientation_leaves_out_faces_without_an_image() -> None:
+    one = surface(bumpy_sphere())
+    images = np.arange(one.mesh.n_vertices)
+    around = one.mesh.faces[(one.mesh.faces == 0).any(axis=1)]
+    images[around.ravel()] = 0  # a star shrinks to its middle
+    assert orientation(one, one, images) == pytest.approx(1.0)
+    assert orientation(one, one, np.zeros_like(images)) == 0.0

@@ -19,18 +19,26 @@ from tests.meshes import (
     translated,
     union,
 )
-from workers.correspondence import Correspondence, correspond
+from workers.correspondence import Correspondence
+from workers.correspondence import correspond as correspond_by
 from workers.creatures import Creature, make_creature
 from workers.geometry.arrays import FloatArray, IntArray
 from workers.geometry.geodesics import distances_from, surface_graph
 from workers.geometry.mesh import TriangleMesh
 from workers.geometry.solution import Solution
 from workers.geometry.spectrum import compute_spectrum
+from workers.storage.shipped_models import shipped_whitening
 from workers.transformations import transform
 from workers.transformations.transformed import TransformedMesh
 
 BITS = {"scale", "mirrored", "coverage"}
 FIELDS = ("faces", "barycentric", "confidence", "stretch", "bending", "covered")
+
+
+def correspond(
+    first: Solution, second: Solution, *, mirrored: bool | None = None
+) -> Correspondence:
+    return correspond_by(first, second, shipped_whitening(), mirrored=mirrored)
 
 
 def solved(mesh: TriangleMesh, pairs: int = 100) -> Solution:

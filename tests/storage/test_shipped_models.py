@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from numpy.testing import assert_allclose
+from numpy.testing import assert_allclose, assert_array_equal
 
 from workers.creatures import (
     CREATURES_VERSION,
@@ -24,6 +24,7 @@ from workers.storage.shipped_models import (
     shipped_model,
     shipped_report,
     shipped_views,
+    shipped_whitening,
     write_shipped,
 )
 from workers.training.bank import BANK_VERSION
@@ -120,3 +121,10 @@ def test_files_are_written_as_they_are_read(tmp_path: Path) -> None:
     (tmp_path / "proteus.json").write_text(json.dumps({"name": "x", "views": []}))
     with pytest.raises(InvalidRequestError, match="cannot be read"):
         shipped_model(folder=tmp_path)
+
+
+def test_points_are_matched_with_the_windows_of_the_model() -> None:
+    windows = shipped_model().windows
+    assert windows is not None
+    assert_array_equal(shipped_whitening().whole, windows.whitening.whole)
+    assert_array_equal(shipped_whitening().cut, windows.whitening.cut)

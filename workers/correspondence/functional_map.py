@@ -23,6 +23,7 @@ EVERYWHERE = slice(None)
 # Chosen on creatures of the training species.
 _MORE = 1.2  # times f k functions of a part: with fewer, its image shrinks
 _POWER = 0.7  # of the singular values: at 1 the image of a part shrinks, at 0 it grows
+_CHUNK = 250  # rows that are compared at once: what fits a processor's cache
 _RIDGE = 1e-6  # of the mean diagonal, against functions that few samples cannot tell apart
 
 
@@ -84,6 +85,24 @@ class Pair:
         widths = self.part.basis.shape[1], self.whole.basis.shape[1]
         return max(1, min(fewer, count, widths[0])), max(1, min(count, widths[1]))
 
+    def detuning(self, a: int, b: int) -> FloatArray:
+        """How unlike the frequencies of both shapes' functions are.
+
+        Parameters
+        ----------
+        a, b : int
+            How many functions of the part and of the whole.
+
+        Returns
+        -------
+        (a, b) float64
+            Squared difference of eigenvalues over the largest one; 0 to 1.
+        """
+        one, other = self.part.frequencies[:a] / self.share, self.whole.frequencies[:b]
+        largest = max(float(one.max()), float(other.max()), 1e-30)
+        unlike: FloatArray = np.square((one[:, None] - other[None]) / largest)
+        return unlike
+
 
 def zoom_out(
     pair: Pair,
@@ -93,6 +112,7 @@ def zoom_out(
     samples: IntArray,
     targets: IntArray,
     hint: float,
+    stiffness: float = 0.0,
 ) -> tuple[FloatArray, Matches]:
     """Fit a functional map to matches and refine it with more and more functions.
 
@@ -110,6 +130,9 @@ def zoom_out(
         Vertices of the whole that they may be matched with.
     hint : float
         Weight of the fields beside the functions.
+    stiffness : float
+        How much the first C is kept from mapping functions to those of other frequencies: needed
+        where there are few matches for many functions.
 
     Returns
     -------
@@ -124,6 +147,7 @@ def zoom_out(
             pair.part.basis[matches.vertices, :a],
             pair.whole.basis[matches.images, :b],
             matches.weights,
+            _RIDGE + (0.0 if number else stiffness) * pair.detuning(a, b),
         )
         if number + 1 == len(counts):
             break
@@ -181,18 +205,27 @@ def nearest_rows(rows: FloatArray, among: FloatArray) -> IntArray:
     """
     others = among.astype(np.float32)
     squares = 0.5 * np.einsum("mb,mb->m", others, others)
-    found = [
-        (squares - chunk.astype(np.float32) @ others.T).argmin(axis=1)
-        for chunk in np.array_split(rows, max(1, len(rows) // 1000))
-    ]
+    found = []
+    for chunk in np.array_split(rows, max(1, len(rows) // _CHUNK)):
+        gaps = chunk.astype(np.float32) @ others.T
+        found.append(np.subtract(squares, gaps, out=gaps).argmin(axis=1))
     nearest: IntArray = np.concatenate(found).astype(np.int64)
     return nearest
 
 
-def _fitted(first: FloatArray, second: FloatArray, weights: FloatArray) -> FloatArray:
-    """C (a, b) with ``first`` (q, a) times C nearest to ``second`` (q, b)."""
+def _fitted(
+    first: FloatArray, second: FloatArray, weights: FloatArray, penalty: FloatArray
+) -> FloatArray:
+    """C (a, b) with ``first`` (q, a) times C near ``second`` (q, b), and small where penalised."""
     weighted = first * weights[:, None]
-    gram = first.T @ weighted
-    gram[np.diag_indices(len(gram))] += _RIDGE * np.trace(gram) / len(gram) + 1e-30
-    fitted: FloatArray = np.linalg.solve(gram, weighted.T @ second).astype(np.float64)
-    return fitted
+    gram, right = first.T @ weighted, weighted.T @ second
+    size = np.trace(gram) / len(gram)
+    own = np.arange(len(gram))
+    if np.ptp(penalty) == 0.0:
+        gram[own, own] += size * penalty[0, 0] + 1e-30
+        fitted: FloatArray = np.linalg.solve(gram, right).astype(np.float64)
+        return fitted
+    grams = np.repeat(gram[None], len(penalty.T), axis=0)  # (b, a, a)
+    grams[:, own, own] += size * penalty.T + 1e-30
+    columns = np.linalg.solve(grams, right.T[:, :, None])[:, :, 0]
+    return np.asarray(columns.T, dtype=np.float64)

@@ -85,14 +85,15 @@ def orientation(source: Surface, target: Surface, images: IntArray) -> float:
     Returns
     -------
     float
-        Area of faces that keep theirs less that of faces that reverse it, over all; -1 to 1.
+        Area of faces that keep theirs less that of faces that reverse it, over that of both; -1 to
+        1. Faces whose corners are mapped to less than three vertices are left out.
     """
     corners = images[source.mesh.faces]  # (m, 3)
     a, b, c = (target.mesh.vertices[corners[:, i]] for i in range(3))
     normals = target.normals[corners].sum(axis=1)
     turns = np.sign(np.einsum("mi,mi->m", np.cross(b - a, c - a), normals))
     areas = source.mesh.face_areas
-    return float((areas * turns).sum() / areas.sum())
+    return float((areas * turns).sum() / max(float((areas * np.abs(turns)).sum()), 1e-30))
 
 
 class _Slopes:

@@ -1,6 +1,6 @@
 """A surface as the correspondence uses it: area 1, distances from points, a basis of functions."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -83,6 +83,23 @@ class Surface:
             cells=found.cells,
         )
 
+    def with_points(self, count: int) -> "Surface":
+        """Keep the first points alone.
+
+        Parameters
+        ----------
+        count : int
+            How many, at least 1.
+
+        Returns
+        -------
+        Surface
+            The same mesh.
+        """
+        distances = self.distances[:count]
+        cells = distances.argmin(axis=0)
+        return replace(self, points=self.points[:count], distances=distances, cells=cells)
+
     @cached_property
     def graph(self) -> sparse.csr_array:
         """Lengths of edges and of straight lines across them, (n, n)."""
@@ -124,6 +141,12 @@ class Surface:
         constants[here] = 1.0 / np.sqrt(sizes[self.components])
         return np.concatenate([constants, self.spectrum.eigenvectors], axis=1)
 
+    @cached_property
+    def frequencies(self) -> FloatArray:
+        """Eigenvalues of the functions of the basis, (c + k,): 0 of constants."""
+        count = self.basis.shape[1] - self.spectrum.n_eigenpairs
+        return np.concatenate([np.zeros(count), self.spectrum.eigenvalues])
+
     def averaged(self, amounts: FloatArray, time: float) -> FloatArray:
         """Spread what lies at the vertices over the surface, as heat spreads.
 
@@ -139,10 +162,8 @@ class Surface:
         (n,) or (n, c) float64
             Densities.
         """
-        count = self.basis.shape[1] - self.spectrum.n_eigenpairs
-        values = np.concatenate([np.zeros(count), self.spectrum.eigenvalues])
         parts = self.basis.T @ amounts
-        decay = np.exp(-time * values)
+        decay = np.exp(-time * self.frequencies)
         decayed = decay * parts if parts.ndim == 1 else decay[:, None] * parts
         densities: FloatArray = self.basis @ decayed
         return densities

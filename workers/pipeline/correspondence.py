@@ -12,6 +12,7 @@ from workers.pipeline.solve import solve_view
 from workers.pipeline.workbench import Workbench
 from workers.storage.correspondences import key_of, store_correspondence
 from workers.storage.parts import Claim
+from workers.storage.shipped_models import shipped_whitening
 from workers.storage.solutions import load_cleaned
 
 
@@ -44,7 +45,7 @@ def match_meshes(bench: Workbench, claim: Claim) -> Outcome:
             for sha256, mesh in zip(hashes, (first, second), strict=True)
         ]
         bench.progress.enter(MATCHING)
-        found = correspond(*solved)
+        found = correspond(solved[0], solved[1], shipped_whitening())
         carried = carry(found, (solved[0].mesh, solved[1].mesh), (first, second))
         store_correspondence(bench.blobs, key, carried)
     return Outcome()

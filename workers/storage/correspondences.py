@@ -9,6 +9,7 @@ from workers.correspondence import CORRESPONDENCES_VERSION, Correspondence
 from workers.geometry.views import mapping_view
 from workers.storage.arrays import pack, unpack
 from workers.storage.blobs import BlobStore, correspondence_key
+from workers.storage.shipped_models import shipped_whitening
 
 _UNTOLD = -1  # where it is not known whether a map is mirrored
 _FLOATS = ("confidence", "stretch", "bending", "covered")
@@ -32,7 +33,7 @@ def key_of(first: str, second: str, *, working_vertices: int) -> str:
         mapping_view(working_vertices=working_vertices, is_closed=is_closed).key
         for is_closed in (True, False)
     ]
-    text = json.dumps([CORRESPONDENCES_VERSION, *views])
+    text = json.dumps([CORRESPONDENCES_VERSION, shipped_whitening().to_json(), *views])
     return correspondence_key(first, second, hashlib.sha256(text.encode()).hexdigest()[:16])
 
 

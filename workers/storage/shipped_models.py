@@ -6,11 +6,13 @@
 import json
 from collections.abc import Mapping
 from dataclasses import replace
+from functools import cache
 from pathlib import Path
 from typing import Any
 
 from workers.geometry.views import named_view, window_view
 from workers.retrieval.model import Model
+from workers.retrieval.windows.whitening import Whitening
 
 FOLDER = Path(__file__).parent / "shipped"
 DEFAULT_MODEL = "proteus"
@@ -38,6 +40,18 @@ def shipped_model(*, working_vertices: int = 5000, folder: Path = FOLDER) -> Mod
         return model
     view = window_view(working_vertices=working_vertices)
     return replace(model, windows=replace(model.windows, view=view))
+
+
+@cache
+def shipped_whitening() -> Whitening:
+    """How the model `proteus` compares windows: points are matched in the same way.
+
+    Returns
+    -------
+    Whitening
+        As it was learned from creatures.
+    """
+    return Whitening.from_json(_read(FOLDER / f"{DEFAULT_MODEL}.json")["windows"]["whitening"])
 
 
 def shipped_views(folder: Path = FOLDER) -> list[dict[str, Any]]:

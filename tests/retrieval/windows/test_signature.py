@@ -46,6 +46,7 @@ from workers.retrieval.windows.signature import (
     Signature,
     query_signature,
     signature_at,
+    signature_of,
     window_surface,
 )
 
@@ -226,3 +227,13 @@ def test_signatures_at_no_points_are_empty() -> None:
     found = signature_at(bumpy_sphere(2, 1), np.empty(0, dtype=np.int64))
     assert found.numbers.shape == (1, 0, KINDS, 7)
     assert found.reaches.shape == (1, 0, KINDS)
+
+
+def test_windows_of_all_that_is_near_can_be_taken_alone_and_at_chosen_scales() -> None:
+    mesh = bumpy_sphere(3, 5)
+    surface = window_surface(mesh, n_vertices=mesh.n_vertices, for_query=True)
+    everything, some = query_signature(surface), signature_of(surface, [4, 1], facing=False)
+    near = slice(0, len(RADII))
+    assert_allclose(some.numbers[:, :, near], everything.numbers[[4, 1]][:, :, near], rtol=1e-6)
+    assert_array_equal(some.reaches[:, :, near], everything.reaches[[4, 1]][:, :, near])
+    assert (some.reaches[:, :, len(RADII) :] == LOST).all()

@@ -5,6 +5,7 @@ its scale: it has the windows of several scales (hypotheses), and is compared in
 """
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -227,7 +228,7 @@ def window_surface(mesh: TriangleMesh, *, n_vertices: int, for_query: bool) -> W
     unit = TriangleMesh(
         (mesh.vertices - mesh.vertices.mean(axis=0)) / np.sqrt(mesh.area), mesh.faces
     )
-    boundary = _boundary_length(unit)
+    boundary = boundary_length(unit)
     graph = surface_graph(unit)
     n_points = STORED_POINTS
     reach = float(RADII[-1]) + _margin(unit)
@@ -259,7 +260,7 @@ def stored_signature(surface: WindowSurface) -> Signature:
     Signature
         Of one scale: the shape's own.
     """
-    return _signature(surface, 1)
+    return _signature(surface, range(1))
 
 
 def query_signature(surface: WindowSurface) -> Signature:
@@ -275,7 +276,7 @@ def query_signature(surface: WindowSurface) -> Signature:
     Signature
         Hypothesis j takes the shape for a part that has the share 1.07^(-2j) of a whole's area.
     """
-    return _signature(surface, SHEET_SCALES if surface.is_sheet else PART_SCALES)
+    return _signature(surface, range(SHEET_SCALES if surface.is_sheet else PART_SCALES))
 
 
 def signature_at(mesh: TriangleMesh, points: IntArray) -> Signature:
@@ -297,18 +298,41 @@ def signature_at(mesh: TriangleMesh, points: IntArray) -> Signature:
     areas = np.ones(len(points)) / max(len(points), 1)
     mutual = np.minimum(distances[:, points], distances[:, points].T)
     n = mesh.n_vertices
-    surface = WindowSurface(mesh, points, distances, areas, mutual, _boundary_length(mesh), n)
-    return _signature(surface, 1)
+    surface = WindowSurface(mesh, points, distances, areas, mutual, boundary_length(mesh), n)
+    return _signature(surface, range(1))
 
 
-def _signature(surface: WindowSurface, scales: int) -> Signature:
-    """Windows at so many scales."""
+def signature_of(surface: WindowSurface, scales: Sequence[int], *, facing: bool) -> Signature:
+    """Signature of chosen points at chosen scales.
+
+    Parameters
+    ----------
+    surface : WindowSurface
+        With all distances up to the largest radius.
+    scales : sequence of int
+        Hypotheses j, as in `query_signature`.
+    facing : bool
+        Whether windows of what faces the same way are taken, too. Those that are not are lost.
+
+    Returns
+    -------
+    Signature
+        Of these scales.
+    """
+    return _signature(surface, scales, kinds=2 if facing else 1)
+
+
+def _signature(surface: WindowSurface, scales: Sequence[int], *, kinds: int = 2) -> Signature:
+    """Windows at some scales, of both kinds or of the first alone."""
     masses = EdgeMasses.of(surface.mesh)
-    steps = STEP ** np.arange(scales)
+    steps = STEP ** np.asarray(scales)
     found = [
         _windows(surface, masses, np.outer(steps, radii), facing=facing)
-        for radii, facing in ((RADII, False), (FACING_RADII, True))
+        for radii, facing in ((RADII, False), (FACING_RADII, True))[:kinds]
     ]
+    if kinds == 1:
+        shape = (len(scales), len(surface.points), len(FACING_RADII))
+        found.append(Windows(np.zeros((*shape, NUMBERS)), np.ones(shape)))
     truncation = np.concatenate([one.truncation for one in found], axis=2)
     areas = surface.areas.astype(np.float32)
     return Signature(
@@ -348,8 +372,19 @@ def _margin(mesh: TriangleMesh) -> float:
     return 0.5 * max(float(edge_lengths(mesh.vertices, edges).max()) for edges in ends)
 
 
-def _boundary_length(mesh: TriangleMesh) -> float:
-    """Length of all edges that only one face has."""
+def boundary_length(mesh: TriangleMesh) -> float:
+    """Length of all edges that only one face has.
+
+    Parameters
+    ----------
+    mesh : TriangleMesh
+        In any unit.
+
+    Returns
+    -------
+    float
+        In the mesh's unit; 0 for a closed mesh.
+    """
     corners, faces = single_edges(mesh.faces, mesh.n_vertices)
     ends = np.stack([mesh.faces[faces, corners], mesh.faces[faces, (corners + 1) % 3]], axis=1)
     return float(edge_lengths(mesh.vertices, ends).sum())
