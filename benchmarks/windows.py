@@ -9,7 +9,7 @@ With ``--measure`` creatures of the other species are searched for, which nothin
 import argparse
 import json
 import pickle
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import replace
 from pathlib import Path
@@ -22,7 +22,7 @@ from proteus.terminal.output import Output
 from proteus.terminal.tables import make_table
 from workers.creatures import TESTED_SPECIES, TRAINING_SPECIES, make_creature
 from workers.errors import ProteusError
-from workers.geometry.arrays import FloatArray
+from workers.geometry.arrays import BoolArray, FloatArray
 from workers.geometry.views import window_view
 from workers.retrieval.calibration import impostor_share
 from workers.retrieval.windows.closely import compare_closely
@@ -49,6 +49,9 @@ INDIVIDUALS = 4
 ASKED = 2
 """Of the individuals of a species so many are asked for."""
 
+ANEW = ", meshed anew"
+"""Behind the names of copies that do not have the triangles of their shape."""
+
 TOLD = (0.001, 0.01, 0.05, 0.2)
 """Shares of wrong pairs by which a similarity is checked."""
 
@@ -63,8 +66,8 @@ COPIES = (*TAUGHT, ("scan", (1, 3, 5)))
 def variants_of(species: Sequence[str]) -> list[Variant]:
     """Return all individuals, then copies of the first two of each in turn.
 
-    Half of the copies are made of a finer mesh of the individual and simplified: so two scans of
-    one thing differ, and a file from its original.
+    Half of the copies are meshed anew: made of a finer mesh of the individual, and simplified. So
+    two scans of one thing differ, and a file from its original.
     """
     model, view = shipped_model(), window_view()
     found: list[Variant] = []
@@ -90,7 +93,7 @@ def variants_of(species: Sequence[str]) -> list[Variant]:
                 )
                 if (place + number + turn) // ASKED % 2 == 1:
                     finer = CreatureSource(name, individual, FINE_VERTICES)
-                    copied = replace(copied, item=f"{copied.item} finer", source=finer)
+                    copied = replace(copied, item=f"{copied.item}{ANEW}", source=finer)
                 found.append(copied)
     return found
 
@@ -133,15 +136,23 @@ def all_described(species: Sequence[str], processes: int) -> list[Arrays | str]:
         return list(track(running, "creatures", total=len(payloads)))
 
 
-def arranged(species: Sequence[str], found: Sequence[Arrays | str]) -> WindowShapes:
-    """Shapes and copies that could be described; the others are named."""
+def arranged(
+    species: Sequence[str], found: Sequence[Arrays | str]
+) -> tuple[WindowShapes, BoolArray]:
+    """Shapes and copies that could be described, and which copies are meshed anew.
+
+    The others are named.
+    """
     there = []
     for variant, one in zip(variants_of(species), found, strict=True):
         if isinstance(one, str):
             Output().say(one)
         else:
             there.append((variant, one))
-    return WindowShapes.of([variant for variant, _ in there], [arrays for _, arrays in there])
+    shapes = WindowShapes.of([variant for variant, _ in there], [arrays for _, arrays in there])
+    known = {variant.number for variant, _ in there if variant.change is None}
+    copies = [one for one, _ in there if one.change is not None and one.reference in known]
+    return shapes, np.array([one.item.endswith(ANEW) for one in copies], dtype=np.bool_)
 
 
 def searched(shapes: WindowShapes, near: FloatArray, matching: WindowMatching) -> FloatArray:
@@ -154,27 +165,30 @@ def searched(shapes: WindowShapes, near: FloatArray, matching: WindowMatching) -
     )
 
 
-def show(shapes: BankShapes, near: FloatArray, fused: FloatArray) -> None:
-    """Print a row for each transformation and strength: the bank alone, and all evidence."""
+def show(shapes: BankShapes, anew: BoolArray, near: FloatArray, fused: FloatArray) -> None:
+    """Print a row for each transformation and strength: the bank alone, and all evidence.
+
+    Two further columns have all evidence of copies with their shape's triangles, and of others.
+    """
     before, after = (1.0 / ranks_among(one, shapes.truth) for one in (near, fused))
     names = list(zip(shapes.transformations, shapes.strengths, strict=True))
-    rows = []
+    columns = ((before, ~anew | anew), (after, ~anew | anew), (after, ~anew), (after, anew))
+    headings = ("bank alone", "with windows", "its triangles", "meshed anew")
+    table = make_table("copies", *headings, numbers=headings)
     means = []
     for transformation, strengths in COPIES:
         own = np.array([name == transformation for name, _ in names])
-        means.append((before[own].mean(), after[own].mean()))
+        means.append([ranks[own & chosen].mean() for ranks, chosen in columns])
         for strength in strengths:
-            chosen = np.array([name == (transformation, strength) for name in names])
-            pair = (before[chosen].mean(), after[chosen].mean())
-            rows.append([f"{transformation} {strength}", *(f"{100 * x:.1f}" for x in pair)])
-    total = np.mean(means, axis=0)
-    rows.append(["mean of the transformations", *(f"{100 * x:.1f}" for x in total)])
-    found = make_table(
-        "copies", "bank alone", "with windows", numbers=("bank alone", "with windows")
-    )
-    for row in rows:
-        found.add_row(*row)
-    Output().console.print(found)
+            own = np.array([name == (transformation, strength) for name in names])
+            found = [ranks[own & chosen].mean() for ranks, chosen in columns]
+            table.add_row(f"{transformation} {strength}", *_percent(found))
+    table.add_row("mean of the transformations", *_percent(np.mean(means, axis=0)))
+    Output().console.print(table)
+
+
+def _percent(shares: Iterable[float]) -> list[str]:
+    return [f"{100 * share:.1f}" for share in shares]
 
 
 def calibrated(shapes: BankShapes, fused: FloatArray, matching: WindowMatching) -> None:
@@ -212,7 +226,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     training = _kept(
         options.cache, "taught", lambda: all_described(TRAINING_SPECIES, options.processes)
     )
-    shapes = arranged(TRAINING_SPECIES, training)
+    shapes, anew = arranged(TRAINING_SPECIES, training)
     near = search_distances(shapes.bank, model)
     Output().say("comparing")
     known = shapes.compared(near, whitening)
@@ -220,7 +234,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
     learned_from = known.only(taught)
     matching = learn_windows(learned_from, whitening, window_view())
     Output().say(json.dumps(matching.trust.to_json()))
-    show(shapes.bank, near, cross_validated(known, folds_of(shapes.bank.query_groups), taught))
+    folds = folds_of(shapes.bank.query_groups)
+    show(shapes.bank, anew, near, cross_validated(known, folds, taught))
     if options.write:
         found = windows_report(learned_from, shapes.bank.only(taught))
         report = {"learned": True, "n_pairs": len(points.differences), **found}
@@ -231,10 +246,10 @@ def main(arguments: Sequence[str] | None = None) -> None:
     tested = _kept(
         options.cache, "others", lambda: all_described(TESTED_SPECIES, options.processes)
     )
-    others = arranged(TESTED_SPECIES, tested)
+    others, anew = arranged(TESTED_SPECIES, tested)
     near = search_distances(others.bank, model)
     fused = searched(others, near, matching)
-    show(others.bank, near, fused)
+    show(others.bank, anew, near, fused)
     calibrated(others.bank, fused, matching)
 
 
