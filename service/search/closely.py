@@ -1,6 +1,6 @@
 """The nearest shapes, and those with like windows, compared closely."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,6 +19,7 @@ def closely(
     ids: Sequence[str],
     signatures: Snapshot,
     match: str,
+    nearer: Callable[[IntArray], FloatArray],
 ) -> tuple[FloatArray, int]:
     """Distances of candidates from all evidence.
 
@@ -36,6 +37,8 @@ def closely(
         Signatures of the collection, as far as there are any.
     match : "auto", "whole" or "part"
         What the query is taken for.
+    nearer : callable
+        From places of candidates, ascending, to their distances by all channels.
 
     Returns
     -------
@@ -56,4 +59,4 @@ def closely(
         fetched: NDArray[np.uint8] = matrix[rows, : n_bytes or None]
         return fetched
 
-    return compare_closely(query, matching, found, rows_of, fetch, match=match)
+    return compare_closely(query, matching, found, rows_of, fetch, match=match, nearer=nearer)

@@ -14,9 +14,9 @@ from service.search.index import Snapshot
 from service.search.indexes import SearchIndexes, SearchModel, load_search_model
 from service.search.queries import Match, Ranking, SearchOptions, SearchQuery
 from workers.errors import ModelNotReadyError
-from workers.geometry.arrays import FloatArray, IntArray
+from workers.geometry.arrays import Float32Array, FloatArray, IntArray
 from workers.retrieval.model import Model
-from workers.retrieval.scan import distances, nearest, rerank, similarity
+from workers.retrieval.scan import distances, nearest, rerank, similarity, with_points
 from workers.storage.collections import models_of
 from workers.storage.models import Collection
 from workers.storage.shapes import ShapeView, get_shapes
@@ -86,13 +86,12 @@ def rank_shapes(
     options, model = query.options, query.search.model
     snapshot = indexes.snapshot(collection.id, query.search)
     rows = _candidates(session, snapshot, collection, query)  # (m,)
-    found = rerank(
-        query.vector,
-        lambda places: snapshot.matrix[rows[places]],
-        _distances(snapshot, rows, query),
-        model,
-        dissimilarity=options.dissimilarity,
-    )  # (m,) distances
+    scanned = _distances(snapshot, rows, query)  # (m,)
+
+    def fetch(places: IntArray) -> Float32Array:
+        return snapshot.matrix[rows[places]]
+
+    found = rerank(query.vector, fetch, scanned, model, dissimilarity=options.dissimilarity)
     n_closely, quantiles = 0, model.impostor_quantiles
     if model.windows is not None and query.signature is not None and not options.dissimilarity:
         found, n_closely = closely(
@@ -102,6 +101,7 @@ def rank_shapes(
             _PickedIds(snapshot.ids, rows),
             indexes.signatures(collection.id, query.search),
             options.match,
+            lambda places: with_points(query.vector, fetch, scanned, model, places)[places],
         )
         quantiles = model.windows.impostor_quantiles or quantiles
     order, shapes = _nearest(session, snapshot, rows, found, options)

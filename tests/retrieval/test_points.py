@@ -20,7 +20,7 @@ from workers.geometry.views import default_view
 from workers.retrieval.chamfer import DIRECTED_CHAMFER, directed_chamfer
 from workers.retrieval.channels import PointsChannel, channel_from_json
 from workers.retrieval.model import Model
-from workers.retrieval.scan import distances, rerank
+from workers.retrieval.scan import distances, rerank, with_points
 
 TIMES = (1.0, 2.0, 4.0)
 LOCAL = PointsChannel(
@@ -149,6 +149,17 @@ def test_the_nearest_rows_get_their_points_and_all_others_the_largest_term() -> 
     assert_allclose(found[others], scanned[others] + 0.75 * 16.0**0.25)
     assert found[looked_at].max() <= found[others].min()
     assert found[4] == 0.0  # itself
+
+
+def test_chosen_rows_have_the_distances_that_they_have_among_the_nearest() -> None:
+    rows = descriptors(MODEL, 60)
+    scanned = distances(rows[4], rows, MODEL)
+    of_all = rerank(rows[4], fetched(rows), scanned, MODEL, depth=60)
+    chosen = np.array([3, 17, 41])
+    found = with_points(rows[4], fetched(rows), scanned, MODEL, chosen)
+    assert_array_equal(found[chosen], of_all[chosen])
+    others = np.setdiff1d(np.arange(60), chosen)
+    assert (found[others] >= of_all[others]).all()
 
 
 def test_rows_level_with_the_last_one_are_compared_too() -> None:

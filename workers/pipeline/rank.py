@@ -1,15 +1,16 @@
 """The queries of an evaluation are ranked under one model."""
 
 import json
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
-from workers.geometry.arrays import BoolArray, Float32Array, FloatArray
+from workers.geometry.arrays import BoolArray, Float32Array, FloatArray, IntArray
 from workers.pipeline.evaluation_plan import load_frame
 from workers.pipeline.outcome import Outcome
 from workers.pipeline.progress import SEARCHING
@@ -18,7 +19,7 @@ from workers.pipeline.workbench import Workbench
 from workers.retrieval.model import Model
 from workers.retrieval.protocol import Protocol
 from workers.retrieval.ranking import rank_queries
-from workers.retrieval.scan import distances, rerank
+from workers.retrieval.scan import distances, rerank, with_points
 from workers.retrieval.windows.closely import compare_closely
 from workers.retrieval.windows.matching import WindowMatching
 from workers.retrieval.windows.rows import ROW_BYTES
@@ -72,7 +73,10 @@ def rank(bench: Workbench, claim: Claim) -> Outcome:
         query = matrix[protocol.queries[place]]
         near = distances(query, targets, model, dissimilarity=chosen)
         found = rerank(query, lambda rows: targets[rows], near, model, dissimilarity=chosen)
-        return found if windows is None else windows.closely(place, found)
+        if windows is None:
+            return found
+        nearer = partial(_nearer, query, targets, near, model)
+        return windows.closely(place, found, nearer)
 
     ranking = rank_queries(protocol, distances_from, places=range(start, stop))
     key = ranking_key(payload["evaluation_id"], payload["frame"], payload["number"], start)
@@ -138,7 +142,9 @@ class _Windows:
         by_place = {n: contents[shape_id] for n, shape_id in ids.items() if shape_id in contents}
         return cls(bench.blobs, by_place, model.windows, rows, known, protocol)
 
-    def closely(self, place: int, found: FloatArray) -> FloatArray:
+    def closely(
+        self, place: int, found: FloatArray, nearer: Callable[[IntArray], FloatArray]
+    ) -> FloatArray:
         """Distances (m,) of a query from all evidence.
 
         A query that is a target itself is none of its own candidates, as in a search: it would take
@@ -156,8 +162,16 @@ class _Windows:
             found[others],
             lambda places: np.where(self.known[others[places]], others[places], -1),
             lambda rows, n_bytes: self.rows[rows, : n_bytes or None],
+            nearer=lambda places: nearer(others[places]),
         )
         return distances
+
+
+def _nearer(
+    query: Float32Array, targets: Float32Array, near: FloatArray, model: Model, places: IntArray
+) -> FloatArray:
+    """Distances (m,) of some targets by all channels."""
+    return with_points(query, lambda rows: targets[rows], near, model, places)[places]
 
 
 def _descriptors(

@@ -110,9 +110,41 @@ def rerank(
     """
     if not model.reranked or dissimilarity or len(scanned) == 0:
         return scanned
-    channels = weighted_for(query, model).reranked
     last = min(depth, len(scanned)) - 1
     places: IntArray = np.flatnonzero(scanned <= np.partition(scanned, last)[last])
+    return with_points(query, fetch, scanned, model, places)
+
+
+def with_points(
+    query: Float32Array | FloatArray,
+    fetch: Callable[[IntArray], NDArray[Any]],
+    scanned: FloatArray,
+    model: Model,
+    places: IntArray,
+) -> FloatArray:
+    """Distances to which the channels are added that compare chosen rows alone: points.
+
+    Parameters
+    ----------
+    query : (d,) float32
+        Descriptor.
+    fetch : callable
+        From places (m,) in ``scanned``, ascending, to their rows (m, d).
+    scanned : (n,) float64
+        What `distances` gave.
+    model : Model
+        Under which all were described.
+    places : (m,) int64
+        The chosen rows, ascending.
+
+    Returns
+    -------
+    (n,) float64
+        A chosen row's is the same whatever others are; those not chosen have the largest term.
+    """
+    if not model.reranked:
+        return scanned
+    channels = weighted_for(query, model).reranked
     rows = fetch(places)  # (m, d)
     added = []
     for channel in channels:

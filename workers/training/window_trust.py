@@ -24,6 +24,12 @@ RIDGE = 1e-5
 """Of the squared distance from where learning starts. Measured once, on held-out species of
 training: 1e-4 is worse by a point (90.1 and 91.2 as the mean of eleven transformations)."""
 
+FORGIVING = 0.3
+"""q of the loss (1 - P^q) / q, where P is the share of the own shape in a softmax (Zhang, Sabuncu
+2018). At 0 it is cross-entropy, which grows without end for copies that no evidence finds; these
+taught that windows say little. Measured once, on held-out species of training: 0, 0.2, 0.3, 0.5
+and 1 find 84.7, 85.7, 86.4, 86.2 and 84.7 as the mean of eleven transformations."""
+
 _START = (
     *(10.0, 0.0, 0.0, 0.0),  # d
     *(8.0, 0.0, 0.0, 0.0),  # X
@@ -155,7 +161,9 @@ class WindowQueries:
 
 
 def learn_trust(queries: WindowQueries, start: Trust | None = None) -> Trust:
-    """Find the weights by which a copy is nearest to its own shape: softmax cross-entropy.
+    """Find the weights by which a copy is nearest to its own shape.
+
+    The loss is the mean of (1 - P^q) / q, see `FORGIVING`.
 
     Parameters
     ----------
@@ -190,7 +198,8 @@ def learn_trust(queries: WindowQueries, start: Trust | None = None) -> Trust:
         top = scores.max(axis=1)
         log_sums = top + np.log(np.exp(scores - top[:, None]).sum(axis=1))
         missed = log_sums - scores[rows, queries.truth]
-        return float(shares @ missed + RIDGE * np.square(values - known).sum())
+        lost = -np.expm1(-FORGIVING * missed) / FORGIVING
+        return float(shares @ lost + RIDGE * np.square(values - known).sum())
 
     found = minimize(loss, known, method="L-BFGS-B", bounds=_BOUNDS, options={"maxiter": _STEPS})
     return Trust.from_json(_trust(found.x).to_json())

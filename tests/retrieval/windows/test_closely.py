@@ -58,8 +58,11 @@ class Gallery:
         *,
         match: str = AUTO,
         matching: WindowMatching = MATCHING,
+        nearer: Callable[[IntArray], FloatArray] | None = None,
     ) -> tuple[FloatArray, int]:
-        return compare_closely(query, matching, distances, self.rows_of, self.fetch, match=match)
+        return compare_closely(
+            query, matching, distances, self.rows_of, self.fetch, match=match, nearer=nearer
+        )
 
 
 @lru_cache(maxsize=1)
@@ -291,6 +294,30 @@ def test_of_many_those_that_are_best_at_a_glance_are_looked_at(
     assert found.argmin() == 7
     assert gallery.reads[:2] == [(9, PREFIX_BYTES), (4, PREFIX_BYTES)]
     assert count == 2
+
+
+def test_a_candidate_beyond_the_nearest_has_its_own_distance(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """A scan takes what is not among the nearest for farther than it is."""
+    monkeypatch.setattr(closely, "NEAREST", 2)
+    monkeypatch.setattr(candidates, "CANDIDATES", 2)
+    scanned = np.array([0.1, 0.2, *([5.0] * 7)])
+    own = np.linspace(0.1, 0.9, 9)
+    asked_for: list[list[int]] = []
+
+    def nearer(places: IntArray) -> FloatArray:
+        asked_for.append(places.tolist())
+        return own[places]
+
+    gallery = Gallery.of(balls())
+    found, count = gallery.ask(asked_bumpy(7), scanned, nearer=nearer)
+    (places,) = asked_for
+    assert places == sorted(places)
+    assert {0, 1, 7} <= set(places)
+    assert len(places) == count
+    before, _ = gallery.ask(asked_bumpy(7), np.where(np.isin(np.arange(9), places), own, scanned))
+    assert_array_equal(found, before)
 
 
 def test_only_the_nearest_thousands_are_glanced_at(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -29,6 +29,7 @@ def compare_closely(
     fetch: Fetch,
     *,
     match: str = AUTO,
+    nearer: Callable[[IntArray], FloatArray] | None = None,
 ) -> tuple[FloatArray, int]:
     """Distances from all evidence.
 
@@ -46,6 +47,9 @@ def compare_closely(
         From rows to their bytes, see `FirstLooks`.
     match : "auto", "whole" or "part"
         What the query is taken for.
+    nearer : callable, optional
+        From places (m,), ascending, to their distances by all channels. A scan knows these of the
+        nearest alone and takes the others for farther than they are.
 
     Returns
     -------
@@ -64,6 +68,10 @@ def compare_closely(
     found = WindowQuery(query, matching.whitening).evidence(rows[near], rows, fetch)
     order = np.argsort(rows)
     there = places[order][np.searchsorted(rows[order], found.places)]
+    if nearer is not None:
+        chosen = np.sort(there)
+        distances = distances.copy()
+        distances[chosen] = nearer(chosen)
     weights, unknown = matching.trust.weights(query), glanced_at[found_rows < 0]
     fused = replace(found, places=there).fused(distances, weights, unknown=unknown)
     # Rounding of windows must not set equal shapes apart: a descriptor is equal for them alone.
