@@ -168,13 +168,13 @@ def test_what_a_query_stands_for_changes_how_it_is_compared(park: Api) -> None:
 
 def test_a_region_of_a_shape_finds_it_by_its_windows(park: Api) -> None:
     """A region is a part, cut on the server; it may find the shape that it is cut from."""
-    grey = park.shape_ids[GREY]
-    body = {"shape_id": grey, "region": {"center": 0, "radius": 1.8}}
+    ring = park.shape_ids[RING]
+    body = {"shape_id": ring, "region": {"center": 0, "radius": 2.0}}
     waiting = park.post(f"/v1/collections/{PARK}/query?wait=0", 202, json=body)
     park.work()
     answer = park.get(f"/v1/queries/{waiting['query_id']}")
     assert (answer["searched"], answer["searched_closely"]) == (5, 5)
-    assert ids_of(answer)[0] == grey
+    assert ids_of(answer)[0] == ring
     assert park.ask(PARK, **body)["matches"] == answer["matches"]
     others = park.ask(PARK, **body, include_self=False)
     assert (others["searched"], others["searched_closely"]) == (4, 4)
