@@ -29,8 +29,7 @@ COPIES: tuple[tuple[str, tuple[int, ...]], ...] = (
 )
 """Transformations and strengths of the copies.
 
-No scans: their windows mostly fail (docs/method.md), and learning from them taught distrust of all
-parts. Parts of strength 4 fell from 92 to 86 per cent on held-out species of training."""
+No scans: learning from them taught distrust of all sheets (docs/method.md)."""
 
 MOST_SHAPES = 60
 """So many shapes a bank is learned from by default. A search compares 100 candidates closely."""
