@@ -79,6 +79,16 @@ def test_a_match_without_a_correspondence_is_grey() -> None:
     assert np.ptp(shapes, axis=2).max() < 3
 
 
+def test_a_long_name_does_not_run_out_of_its_picture() -> None:
+    glb = write(bumpy_sphere(2), "glb")
+    with Image.open(io.BytesIO(draw([Pair(glb, glb, None, "1. " + "m" * 200)]))) as image:
+        below = np.asarray(image, dtype=np.float64)[PICTURE_PIXELS:]
+    inked = np.flatnonzero((below < 128.0).any(axis=(0, 2)))
+    assert len(inked) > 0
+    assert inked.min() > PICTURE_PIXELS - 64
+    assert inked.max() < 2 * PICTURE_PIXELS - 1
+
+
 def test_points_that_correspond_have_the_same_colour_and_others_are_grey() -> None:
     mesh = bumpy_sphere(2)
     faces = np.zeros(mesh.n_vertices, dtype=np.int64)

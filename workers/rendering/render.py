@@ -101,7 +101,7 @@ def render(
 def contact_sheet(
     images: Sequence[Picture], *, columns: int, labels: Sequence[str] | None = None
 ) -> Picture:
-    """Pictures in rows on white, each with its label underneath.
+    """Pictures in rows on white, each with its label underneath; a long one ends with "…".
 
     Parameters
     ----------
@@ -142,8 +142,19 @@ def contact_sheet(
         sheet.paste(picture, (left, top), picture if picture.mode == "RGBA" else None)
         if labels is not None:
             middle = (left + width / 2, top + height + 0.45 * line)
-            draw.text(middle, labels[number], fill=(70, 74, 82), font=font, anchor="mm")
+            label = _fitting(labels[number], font, width)
+            draw.text(middle, label, fill=(70, 74, 82), font=font, anchor="mm")
     return np.asarray(sheet, dtype=np.uint8)
+
+
+def _fitting(label: str, font: ImageFont.FreeTypeFont | ImageFont.ImageFont, width: int) -> str:
+    """As much of a label as is not wider than its picture."""
+    if font.getlength(label) <= width:
+        return label
+    kept = label
+    while kept and font.getlength(f"{kept}…") > width:
+        kept = kept[:-1]
+    return f"{kept}…"
 
 
 def encode_png(image: Picture, *, palette: int | None = None) -> bytes:
