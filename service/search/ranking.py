@@ -3,6 +3,7 @@
 import time
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -101,7 +102,7 @@ def rank_shapes(
             _PickedIds(snapshot.ids, rows),
             indexes.signatures(collection.id, query.search),
             options.match,
-            lambda places: with_points(query.vector, fetch, scanned, model, places)[places],
+            partial(with_points, query.vector, fetch, scanned, model),
         )
         quantiles = model.windows.impostor_quantiles or quantiles
     order, shapes = _nearest(session, snapshot, rows, found, options)

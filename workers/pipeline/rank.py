@@ -72,11 +72,11 @@ def rank(bench: Workbench, claim: Claim) -> Outcome:
     def distances_from(place: int) -> FloatArray:
         query = matrix[protocol.queries[place]]
         near = distances(query, targets, model, dissimilarity=chosen)
-        found = rerank(query, lambda rows: targets[rows], near, model, dissimilarity=chosen)
+        fetch = targets.__getitem__
+        found = rerank(query, fetch, near, model, dissimilarity=chosen)
         if windows is None:
             return found
-        nearer = partial(_nearer, query, targets, near, model)
-        return windows.closely(place, found, nearer)
+        return windows.closely(place, found, partial(with_points, query, fetch, near, model))
 
     ranking = rank_queries(protocol, distances_from, places=range(start, stop))
     key = ranking_key(payload["evaluation_id"], payload["frame"], payload["number"], start)
@@ -165,13 +165,6 @@ class _Windows:
             nearer=lambda places: nearer(others[places]),
         )
         return distances
-
-
-def _nearer(
-    query: Float32Array, targets: Float32Array, near: FloatArray, model: Model, places: IntArray
-) -> FloatArray:
-    """Distances (m,) of some targets by all channels."""
-    return with_points(query, lambda rows: targets[rows], near, model, places)[places]
 
 
 def _descriptors(

@@ -112,7 +112,11 @@ def rerank(
         return scanned
     last = min(depth, len(scanned)) - 1
     places: IntArray = np.flatnonzero(scanned <= np.partition(scanned, last)[last])
-    return with_points(query, fetch, scanned, model, places)
+    channels = weighted_for(query, model).reranked
+    largest = [np.full(len(scanned), np.inf) for _ in channels]
+    found = scanned + fuse(largest, channels, power=model.fusion_power)
+    found[places] = with_points(query, fetch, scanned, model, places)
+    return found
 
 
 def with_points(
@@ -122,7 +126,7 @@ def with_points(
     model: Model,
     places: IntArray,
 ) -> FloatArray:
-    """Distances to which the channels are added that compare chosen rows alone: points.
+    """Distances of chosen rows, with the channels that compare few rows alone: points.
 
     Parameters
     ----------
@@ -139,20 +143,18 @@ def with_points(
 
     Returns
     -------
-    (n,) float64
-        A chosen row's is the same whatever others are; those not chosen have the largest term.
+    (m,) float64
+        The same for a row, whatever others are chosen.
     """
     if not model.reranked:
-        return scanned
+        return scanned[places]
     channels = weighted_for(query, model).reranked
     rows = fetch(places)  # (m, d)
     added = []
     for channel in channels:
-        found = np.full(len(scanned), np.inf)
         own = model.slices[channel.name]
-        found[places] = channel.compare(query[own], rows[:, own])
-        added.append(found)
-    return scanned + fuse(added, channels, power=model.fusion_power)
+        added.append(channel.compare(query[own], rows[:, own]))
+    return scanned[places] + fuse(added, channels, power=model.fusion_power)
 
 
 def nearest(distances: FloatArray, ids: Sequence[str], limit: int) -> IntArray:
