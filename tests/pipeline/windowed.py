@@ -8,6 +8,7 @@ from sqlalchemy.orm import Session
 
 from tests.retrieval.windows.shapes import EVEN, PLAIN
 from workers.geometry.views import window_view
+from workers.retrieval.channels import Channel
 from workers.retrieval.model import Model
 from workers.retrieval.windows.matching import WindowMatching
 from workers.storage.models import TrainedModel
@@ -26,10 +27,17 @@ def windowed_model(session: Session, name: str, *, working_vertices: int) -> Mod
     return replace(heat, name=name, windows=matching)
 
 
-def store_windowed(session: Session, names: Sequence[str], *, working_vertices: int) -> None:
-    """Store such models as if they had been trained."""
+def store_windowed(
+    session: Session,
+    names: Sequence[str],
+    *,
+    working_vertices: int,
+    more: Sequence[Channel] = (),
+) -> None:
+    """Store such models, with more channels, as if they had been trained."""
     for name in names:
         model = windowed_model(session, name, working_vertices=working_vertices)
+        model = replace(model, channels=(*model.channels, *more))
         session.add(
             TrainedModel(
                 name=name,

@@ -2,14 +2,17 @@
 
 import shutil
 from collections.abc import Iterator, Sequence
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from service.search import ranking
 from service.search.indexes import SearchIndexes, SearchModel, load_search_model
 from tests.meshes import bumpy_sphere, icosphere, octahedron, rectangle, scaled, translated, union
 from tests.pipeline.windowed import store_windowed
+from tests.retrieval.test_points import LOCAL
 from tests.service.conftest import Start, Stock
 from tests.service.running import (
     ZOO,
@@ -21,6 +24,7 @@ from tests.service.running import (
     running,
     zoo_files,
 )
+from workers.retrieval.scan import rerank
 from workers.retrieval.windows import candidates, closely, evidence
 from workers.retrieval.windows.rows import ROW_BYTES
 from workers.storage.collections import create_collection, delete_collection
@@ -105,6 +109,21 @@ def test_a_mesh_that_is_new_has_the_answer_that_its_upload_has_later(park: Api) 
     stored = park.ask(PARK, shape_id=uploaded)
     assert stored["matches"] == answer["matches"]
     assert set(ids_of(stored)) == set(ids.values())
+
+
+def test_all_that_is_compared_closely_has_its_points_compared(
+    api: Api, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Not the nearest of the scan alone: a whole that windows find may lie far behind them."""
+    vertices = api.settings.working_vertices
+    with api.services.database.begin() as session:
+        store_windowed(session, ["pointed"], working_vertices=vertices, more=(LOCAL,))
+    api.post("/v1/collections", 201, json={"name": PARK, "model": "pointed"})
+    ids = {shape["name"]: shape["id"] for shape in api.upload(PARK, zoo_files())["shapes"]}
+    api.work()
+    answer = api.ask(PARK, shape_id=ids[BALL])
+    monkeypatch.setattr(ranking, "rerank", partial(rerank, depth=1))
+    assert api.ask(PARK, shape_id=ids[BALL])["matches"] == answer["matches"]
 
 
 def test_without_windows_nothing_is_compared_closely(zoo: Api) -> None:
