@@ -26,7 +26,7 @@ from workers.geometry.cleaning import clean
 from workers.geometry.mesh import TriangleMesh
 from workers.geometry.solution import Solver
 from workers.geometry.views import window_view
-from workers.retrieval.windows.candidates import FirstLooks
+from workers.retrieval.windows.candidates import FirstLooks, counting_first
 from workers.retrieval.windows.rows import PREFIX_BYTES, write_row
 from workers.retrieval.windows.signature import (
     Signature,
@@ -116,7 +116,7 @@ def measured(asked: Sequence[Asked], rows: NDArray[np.uint8]) -> tuple[Found, fl
     found: Found = {}
     start = time.process_time()
     for one in asked:
-        looks = FirstLooks(one.signature, windows.whitening)
+        looks = FirstLooks(counting_first(one.signature), windows.whitening)
         chosen = looks.candidates(none, everything, lambda places, size: rows[places, :size])
         found.setdefault(one.kind, []).append(one.truth in chosen.places)
     return found, (time.process_time() - start) / len(asked)

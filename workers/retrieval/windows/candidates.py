@@ -1,7 +1,7 @@
 """Which shapes a query is compared with closely: found by a glance at many and a look at some."""
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from workers.geometry.arrays import FloatArray, IntArray
 from workers.retrieval.windows.comparing import AT_A_GLANCE, NOTHING_COUNTS, Side
 from workers.retrieval.windows.rows import PREFIX_BYTES, PREFIX_POINTS, read_prefixes
-from workers.retrieval.windows.signature import KINDS, Signature
+from workers.retrieval.windows.signature import KINDS, LOST, Signature
 from workers.retrieval.windows.whitening import Whitening
 
 MOST_GLANCED_AT = 10_000
@@ -26,6 +26,7 @@ GLANCED_POINTS = 32
 
 _EVERY = 2  # scale is looked at
 _BLOCK = 128  # rows are read at a time
+_LATER = 2 / 3  # of the scales: there, it is seen which of a query's points count
 
 Fetch = Callable[[IntArray, int], NDArray[np.uint8]]
 """From places (m,) and a number of bytes b to the beginnings of their rows, (m, b); 0 for all."""
@@ -53,7 +54,7 @@ class FirstLooks:
     Parameters
     ----------
     signature : Signature
-        Of the query.
+        Of the query, as `counting_first` orders it.
     whitening : Whitening
         Of the model.
     """
@@ -94,6 +95,34 @@ class FirstLooks:
         by_windows = by_windows[least_of_each[by_windows] != NOTHING_COUNTS]
         places = np.union1d(near, looked_at[by_windows]).astype(np.int64)
         return Candidates(places, scales[looks.argmin(axis=1)[np.searchsorted(seen, places)]])
+
+
+def counting_first(query: Signature) -> Signature:
+    """Put those points first of which any window counts at a later scale.
+
+    The first points of a sheet lie on its rim, where no window counts. But the first ones are what
+    short looks and the verification see.
+
+    Parameters
+    ----------
+    query : Signature
+        Of a query.
+
+    Returns
+    -------
+    Signature
+        Of the same points.
+    """
+    scale = int(_LATER * query.n_scales)
+    counts = (query.reaches[scale] != LOST).any(axis=1)
+    order = np.argsort(~counts, kind="stable")
+    return replace(
+        query,
+        numbers=query.numbers[:, order],
+        reaches=query.reaches[:, order],
+        areas=query.areas[order],
+        mutual=query.mutual[np.ix_(order, order)],
+    )
 
 
 def least(values: FloatArray, count: int) -> IntArray:

@@ -1,13 +1,19 @@
 """What windows say of the candidates of a query: found, compared, verified."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from workers.geometry.arrays import FloatArray, IntArray
-from workers.retrieval.windows.candidates import Fetch, FirstLooks, blocks_of, least
+from workers.retrieval.windows.candidates import (
+    Fetch,
+    FirstLooks,
+    blocks_of,
+    counting_first,
+    least,
+)
 from workers.retrieval.windows.comparing import (
     ALL_AROUND,
     FACING,
@@ -17,7 +23,7 @@ from workers.retrieval.windows.rows import (
     read_numbers,
     read_row,
 )
-from workers.retrieval.windows.signature import LOST, STEP, Signature
+from workers.retrieval.windows.signature import STEP, Signature
 from workers.retrieval.windows.trust import NOT_VERIFIED, Weights
 from workers.retrieval.windows.verification import QUERY_POINTS, verify
 from workers.retrieval.windows.whitening import Whitening
@@ -26,7 +32,6 @@ VERIFIED = 24
 """So many of the least difference are verified."""
 
 _COMPARED_SCALES = 3  # of each candidate: the best of the first look and its neighbours
-_LATER = 2 / 3  # of the scales: there, it is seen which of a query's points count
 
 
 @dataclass(frozen=True, eq=False)
@@ -96,7 +101,7 @@ class WindowQuery:
 
     def __init__(self, signature: Signature, whitening: Whitening) -> None:
         """Whiten the query's windows."""
-        signature = _counting_first(signature)
+        signature = counting_first(signature)
         self._signature = signature
         self._looks = FirstLooks(signature, whitening)
         self._around = Side.of(signature, whitening, ALL_AROUND)
@@ -170,24 +175,6 @@ class WindowQuery:
         own = mutual[matched, matched] * STEP**-scale
         found = verify(means, dimensions > 0, cells, own, candidate.mutual.astype(np.float64))
         return found.consistency, found.scale
-
-
-def _counting_first(query: Signature) -> Signature:
-    """The query with those points first of which any window counts at a later scale.
-
-    The first points of a sheet lie on its rim, where no window counts. But the first ones are what
-    a short look and the verification see.
-    """
-    scale = int(_LATER * query.n_scales)
-    counts = (query.reaches[scale] != LOST).any(axis=1)
-    order = np.argsort(~counts, kind="stable")
-    return replace(
-        query,
-        numbers=query.numbers[:, order],
-        reaches=query.reaches[:, order],
-        areas=query.areas[order],
-        mutual=query.mutual[np.ix_(order, order)],
-    )
 
 
 @dataclass(frozen=True, eq=False)
